@@ -8,7 +8,7 @@ use std::sync::{Arc, LazyLock};
 use glam::{DVec2, DVec3, Vec3};
 use hedgehop::frame::Frame;
 use hedgehop::objects::{Beam, Body, Fixture, PointLight, Shape};
-use hedgehop::render::{Engine, RenderOptions, Renderer, Things};
+use hedgehop::render::{Engine, Overlays, RenderOptions, Renderer};
 use hedgehop::scene::{Clouds, Weather};
 use hedgehop::space::{Attitude, Camera, RayTable, Screen};
 use hedgehop::subimage::{Farm, TaskSize};
@@ -40,7 +40,7 @@ fn lamp(east: f64, north: f64, up: f64, candela: f64) -> PointLight {
 
 fn frame(options: &RenderOptions, camera: &Camera, bodies: &[Body], lights: &[PointLight]) -> Frame {
     Renderer::new(&*PLAIN, options)
-        .frame_with(camera, Things { bodies, lights, puffs: &[] }, &FARM)
+        .frame_with(camera, Overlays { bodies, lights, puffs: &[] }, &FARM)
         .unwrap()
         .frame
 }
@@ -179,7 +179,7 @@ fn neither_order_nor_workers_nor_tasks_change_a_byte() {
         let camera = Camera::with_screen(pose, screen, 90, 60);
         let renderer = Renderer::new(&*PLAIN, &starry());
         let see = |lights: &[PointLight], farm: &Farm| {
-            let things = Things { lights, ..Things::default() };
+            let things = Overlays { lights, ..Overlays::default() };
             let (picture, _) = renderer.picture_with(&camera, things, farm).unwrap();
             (picture.rgb, renderer.frame_with(&camera, things, farm).unwrap().frame.colour)
         };
@@ -196,7 +196,7 @@ fn neither_order_nor_workers_nor_tasks_change_a_byte() {
 fn engines_screens_and_outputs_agree() {
     let camera = VIEW.camera();
     let lights = crowd();
-    let things = Things { lights: &lights, ..Things::default() };
+    let things = Overlays { lights: &lights, ..Overlays::default() };
 
     let see = |engine, camera: &Camera| {
         let renderer = Renderer::new(&*PLAIN, &RenderOptions { engine, ..options() });

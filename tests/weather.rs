@@ -9,7 +9,7 @@ use glam::{DVec2, DVec3};
 use hedgehop::colour::srgb8_picture;
 use hedgehop::objects::{Body, Shape};
 use hedgehop::render::{Engine, RenderOptions, Renderer};
-use hedgehop::scene::{Clouds, Cover, Fog, Precipitation, PrecipitationKind, Weather};
+use hedgehop::scene::{Clouds, Fog, GroundCover, Precipitation, PrecipitationKind, Weather};
 use hedgehop::space::{Attitude, Camera, RayTable, Screen};
 use hedgehop::subimage::{Farm, TaskSize};
 use hedgehop::sunlight::Sun;
@@ -33,7 +33,7 @@ const ALL: Weather = Weather {
     fog: Some(FOG),
     clouds: Some(CLOUDS),
     precipitation: None,
-    ground: Cover { wet: 0.0, snow: 0.0 },
+    ground: GroundCover { wet: 0.0, snow: 0.0 },
 };
 
 fn hills() -> MemPages {
@@ -163,7 +163,7 @@ fn winter(kind: PrecipitationKind) -> Weather {
     let precipitation = Precipitation { kind, rate: 4.0, wind: [3.0, 1.0] };
     Weather {
         precipitation: Some(precipitation),
-        ground: Cover { wet: 0.7, snow: 0.9 },
+        ground: GroundCover { wet: 0.7, snow: 0.9 },
         ..Weather::default()
     }
 }
@@ -213,7 +213,7 @@ fn snow_is_white_and_what_falls_hides_the_distance() {
         sum / frame.colour.len() as f32
     };
     let dry = mean(Weather::default());
-    let cover = |wet, snow| mean(Weather { ground: Cover { wet, snow }, ..Weather::default() });
+    let cover = |wet, snow| mean(Weather { ground: GroundCover { wet, snow }, ..Weather::default() });
     let (wet, white) = (cover(1.0, 0.0), cover(0.0, 1.0));
     assert!(wet.x < 0.85 * dry.x && white.x > 2.5 * dry.x, "{dry} {wet} {white}");
     assert!((white.x / white.z - 1.0).abs() < 0.15, "{white}");

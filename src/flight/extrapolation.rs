@@ -25,7 +25,7 @@ const KEPT: usize = 15;
 
 /// A pose, with angles that go on from those before instead of wrapping.
 #[derive(Debug, Clone, Copy)]
-struct Seen {
+struct LatestPose {
     seconds: f64,
     eye: DVec3,
     /// Yaw, pitch and roll, degrees.
@@ -37,11 +37,11 @@ struct Seen {
 #[derive(Debug, Clone, Default)]
 pub struct Extrapolation {
     /// The latest poses, oldest first; times rise.
-    seen: VecDeque<Seen>,
+    seen: VecDeque<LatestPose>,
 }
 
 /// Difference quotient of two poses' positions and angles.
-fn rate(of: impl Fn(&Seen) -> DVec3, from: &Seen, to: &Seen) -> DVec3 {
+fn rate(of: impl Fn(&LatestPose) -> DVec3, from: &LatestPose, to: &LatestPose) -> DVec3 {
     (of(to) - of(from)) / (to.seconds - from.seconds)
 }
 
@@ -65,7 +65,7 @@ impl Extrapolation {
         if self.seen.len() == KEPT {
             self.seen.pop_front();
         }
-        self.seen.push_back(Seen { seconds, eye: pose.eye, angles, hfov: pose.hfov });
+        self.seen.push_back(LatestPose { seconds, eye: pose.eye, angles, hfov: pose.hfov });
         Ok(())
     }
 

@@ -3,15 +3,15 @@
 //! <https://www.topografix.com/GPX/1/1/>. `ele` is metres above mean sea level. Routes and waypoints carry no times of
 //! flight and are not flown.
 
-use super::parts::Part;
-use super::raw::{RawFix, Reading, Source};
+use super::parts::Recording;
+use super::raw::{PathSource, RawFix, Reading};
 use super::timestamp::unix_seconds;
 use super::track::{Altitude, AltitudeMode, Horizontal};
-use super::xml::{Place, Step, attribute, walk};
+use super::xml::{XmlPlace, XmlStep, attribute, walk};
 use hedgehop_base::error::{Error, Result};
 
 /// A track point while its element is open.
-struct Point {
+struct TrackPoint {
     line: u64,
     depth: usize,
     longitude: f64,
@@ -23,17 +23,17 @@ struct Point {
 /// Points so far, and what was met on the way.
 #[derive(Default)]
 struct Points {
-    open: Option<Point>,
+    open: Option<TrackPoint>,
     fixes: Vec<RawFix>,
     /// Depth of the open track's element, and what it is called.
     track: usize,
     name: Option<String>,
-    segments: Vec<Part>,
+    segments: Vec<Recording>,
     without_elevation: usize,
     routes_or_waypoints: bool,
 }
 
-pub(super) fn read(source: &Source<'_>, text: &str) -> Result<Reading> {
+pub(super) fn read(source: &PathSource<'_>, text: &str) -> Result<Reading> {
     let mut points = Points::default();
     walk(source, text, |place, step| points.visit(source, place, step))?;
     let mut notes = Vec::new();
@@ -50,17 +50,17 @@ pub(super) fn read(source: &Source<'_>, text: &str) -> Result<Reading> {
 }
 
 impl Points {
-    fn visit(&mut self, source: &Source<'_>, place: Place<'_>, step: Step<'_>) -> Result<()> {
+    fn visit(&mut self, source: &PathSource<'_>, place: XmlPlace<'_>, step: XmlStep<'_>) -> Result<()> {
         match (place.name, step) {
-            ("trk", Step::Open(_)) => (self.track, self.name) = (place.depth, None),
-            ("name", Step::Close(text)) if place.depth == self.track + 1 && self.open.is_none() => {
+            ("trk", XmlStep::Open(_)) => (self.track, self.name) = (place.depth, None),
+            ("name", XmlStep::Close(text)) if place.depth == self.track + 1 && self.open.is_none() => {
                 self.name = Some(text.to_owned()).filter(|name| !name.is_empty());
             }
-            ("trkseg", Step::Open(_)) => {
-                self.segments.push(Part { name: self.name.clone(), start: self.fixes.len() });
+            ("trkseg", XmlStep::Open(_)) => {
+                self.segments.push(Recording { name: self.name.clone(), start: self.fixes.len() });
             }
-            ("rtept" | "wpt", Step::Open(_)) => self.routes_or_waypoints = true,
-            ("trkpt", Step::Open(start)) => {
+            ("rtept" | "wpt", XmlStep::Open(_)) => self.routes_or_waypoints = true,
+            ("trkpt", XmlStep::Open(start)) => {
                 let degrees = |name: &str| {
                     let text = attribute(start, name);
                     let value = text.as_deref().and_then(|text| text.trim().parse::<f64>().ok());
@@ -73,7 +73,7 @@ impl Points {
                     })
                 };
 
-                self.open = Some(Point {
+                self.open = Some(TrackPoint {
                     line: place.line,
                     depth: place.depth,
                     longitude: degrees("lon")?,
@@ -82,13 +82,13 @@ impl Points {
                     time: None,
                 });
             }
-            ("trkpt", Step::Close(_)) => self.close(source)?,
-            ("ele", Step::Close(text)) => {
+            ("trkpt", XmlStep::Close(_)) => self.close(source)?,
+            ("ele", XmlStep::Close(text)) => {
                 if let Some(point) = self.child(place) {
                     point.elevation = Some(number(source, place, text)?);
                 }
             }
-            ("time", Step::Close(text)) => {
+            ("time", XmlStep::Close(text)) => {
                 if let Some(point) = self.child(place) {
                     point.time = Some(unix_seconds(text).ok_or_else(|| {
                         source.at_line(
@@ -107,11 +107,11 @@ impl Points {
     }
 
     /// The open point, if `place` is its direct child (extensions have elements of the same names).
-    fn child(&mut self, place: Place<'_>) -> Option<&mut Point> {
+    fn child(&mut self, place: XmlPlace<'_>) -> Option<&mut TrackPoint> {
         self.open.as_mut().filter(|point| place.depth == point.depth + 1)
     }
 
-    fn close(&mut self, source: &Source<'_>) -> Result<()> {
+    fn close(&mut self, source: &PathSource<'_>) -> Result<()> {
         let Some(point) = self.open.take() else { return Ok(()) };
         let time = point.time.ok_or_else(|| {
             source.at_line(
@@ -130,7 +130,7 @@ impl Points {
         Ok(())
     }
 
-    fn nothing_to_fly(&self, source: &Source<'_>) -> Error {
+    fn nothing_to_fly(&self, source: &PathSource<'_>) -> Error {
         let (what, remedy) = if self.without_elevation > 0 {
             ("no track point has an elevation (ele)", "write a CSV with an alt_agl_m column")
         } else if self.routes_or_waypoints {
@@ -142,7 +142,7 @@ impl Points {
     }
 }
 
-fn number(source: &Source<'_>, place: Place<'_>, text: &str) -> Result<f64> {
+fn number(source: &PathSource<'_>, place: XmlPlace<'_>, text: &str) -> Result<f64> {
     text.parse::<f64>().ok().filter(|value| value.is_finite()).ok_or_else(|| {
         source.at_line(
             place.line,

@@ -11,7 +11,7 @@
 
 use igc::records::{BRecord, FixValid, IRecord};
 
-use super::raw::{RawFix, Reading, Source};
+use super::raw::{PathSource, RawFix, Reading};
 use super::track::{Altitude, AltitudeMode, Horizontal};
 use hedgehop_base::error::{Error, Result};
 
@@ -47,7 +47,7 @@ pub(super) fn looks_like_igc(text: &str) -> bool {
     })
 }
 
-pub(super) fn read(source: &Source<'_>, text: &str) -> Result<Reading> {
+pub(super) fn read(source: &PathSource<'_>, text: &str) -> Result<Reading> {
     let mut notes = Vec::new();
     let logged = log(source, text, &mut notes)?;
     if logged.is_empty() {
@@ -73,7 +73,7 @@ pub(super) fn read(source: &Source<'_>, text: &str) -> Result<Reading> {
     Ok(Reading::of_one("IGC", fixes, notes))
 }
 
-fn log(source: &Source<'_>, text: &str, notes: &mut Vec<String>) -> Result<Vec<Logged>> {
+fn log(source: &PathSource<'_>, text: &str, notes: &mut Vec<String>) -> Result<Vec<Logged>> {
     let mut refinements = Refinements::default();
     let mut logged: Vec<Logged> = Vec::new();
     let mut days = 0.0;
@@ -158,7 +158,7 @@ fn digits(line: &str, columns: Option<&std::ops::Range<usize>>) -> Option<f64> {
     format!("0.{digits}").parse().ok()
 }
 
-fn gnss_mode(source: &Source<'_>, text: &str, notes: &mut Vec<String>) -> AltitudeMode {
+fn gnss_mode(source: &PathSource<'_>, text: &str, notes: &mut Vec<String>) -> AltitudeMode {
     let header = |line: &str| {
         let line = line.to_ascii_uppercase();
         let kind = line.strip_prefix("HFALG")?.rsplit(':').next()?.trim().to_owned();
@@ -194,7 +194,7 @@ fn gnss_mode(source: &Source<'_>, text: &str, notes: &mut Vec<String>) -> Altitu
     mode
 }
 
-fn pressure_mode(source: &Source<'_>, notes: &mut Vec<String>) -> AltitudeMode {
+fn pressure_mode(source: &PathSource<'_>, notes: &mut Vec<String>) -> AltitudeMode {
     notes.push(
         "There is no valid GNSS altitude; pressure altitude is flown, which is off by the weather of the day.".into(),
     );

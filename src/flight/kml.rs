@@ -7,11 +7,11 @@
 //! puts the eye on the ground. A track with altitudes but without any mode is read as `absolute`, with a note, because
 //! exporters forget the element more often than they mean a clamped flight.
 
-use super::parts::Part;
-use super::raw::{RawFix, Reading, Source};
+use super::parts::Recording;
+use super::raw::{PathSource, RawFix, Reading};
 use super::timestamp::unix_seconds;
 use super::track::{Altitude, AltitudeMode, Fix, Horizontal};
-use super::xml::{Place, Step, walk};
+use super::xml::{XmlPlace, XmlStep, walk};
 use hedgehop_base::error::{Error, Result};
 
 /// The lists of one `gx:Track`.
@@ -31,13 +31,13 @@ struct Tracks {
     fixes: Vec<RawFix>,
     /// Name of the placemark around.
     name: Option<String>,
-    tracks: Vec<Part>,
+    tracks: Vec<Recording>,
     lines_without_time: bool,
     missing: usize,
     notes: Vec<String>,
 }
 
-pub(super) fn read(source: &Source<'_>, text: &str) -> Result<Reading> {
+pub(super) fn read(source: &PathSource<'_>, text: &str) -> Result<Reading> {
     let mut tracks = Tracks::default();
     walk(source, text, |place, step| tracks.visit(source, place, step))?;
     if tracks.fixes.is_empty() {
@@ -62,21 +62,23 @@ pub(super) fn read(source: &Source<'_>, text: &str) -> Result<Reading> {
 }
 
 impl Tracks {
-    fn visit(&mut self, source: &Source<'_>, place: Place<'_>, step: Step<'_>) -> Result<()> {
+    fn visit(&mut self, source: &PathSource<'_>, place: XmlPlace<'_>, step: XmlStep<'_>) -> Result<()> {
         match (place.name, step, self.open.as_mut()) {
-            ("Placemark", Step::Open(_), _) => self.name = None,
-            ("name", Step::Close(text), None) => {
+            ("Placemark", XmlStep::Open(_), _) => self.name = None,
+            ("name", XmlStep::Close(text), None) => {
                 self.name = Some(text.to_owned()).filter(|name| !name.is_empty());
             }
-            ("Track", Step::Open(_), _) => self.open = Some(Lists { line: place.line, ..Lists::default() }),
-            ("LineString", Step::Open(_), _) => self.lines_without_time = true,
-            ("Track", Step::Close(_), _) => {
+            ("Track", XmlStep::Open(_), _) => {
+                self.open = Some(Lists { line: place.line, ..Lists::default() })
+            }
+            ("LineString", XmlStep::Open(_), _) => self.lines_without_time = true,
+            ("Track", XmlStep::Close(_), _) => {
                 if let Some(lists) = self.open.take() {
-                    self.tracks.push(Part { name: self.name.clone(), start: self.fixes.len() });
+                    self.tracks.push(Recording { name: self.name.clone(), start: self.fixes.len() });
                     self.close(source, lists)?;
                 }
             }
-            ("when", Step::Close(text), Some(lists)) => {
+            ("when", XmlStep::Close(text), Some(lists)) => {
                 lists.times.push(unix_seconds(text).ok_or_else(|| {
                     source.at_line(
                         place.line,
@@ -86,18 +88,18 @@ impl Tracks {
                     )
                 })?)
             }
-            ("coord", Step::Close(text), Some(lists)) => {
+            ("coord", XmlStep::Close(text), Some(lists)) => {
                 lists.coordinates.push((place.line, numbers(source, place, text)?));
             }
-            ("angles", Step::Close(text), Some(lists)) => lists.angles.push(numbers(source, place, text)?),
-            ("altitudeMode", Step::Close(text), Some(lists)) => lists.mode = Some(text.to_owned()),
+            ("angles", XmlStep::Close(text), Some(lists)) => lists.angles.push(numbers(source, place, text)?),
+            ("altitudeMode", XmlStep::Close(text), Some(lists)) => lists.mode = Some(text.to_owned()),
             _ => {}
         }
 
         Ok(())
     }
 
-    fn close(&mut self, source: &Source<'_>, lists: Lists) -> Result<()> {
+    fn close(&mut self, source: &PathSource<'_>, lists: Lists) -> Result<()> {
         let count = lists.coordinates.len();
         if lists.times.len() != count || !(lists.angles.is_empty() || lists.angles.len() == count) {
             return Err(source.at_line(
@@ -138,7 +140,7 @@ impl Tracks {
     }
 
     /// `None`: clamped to the ground, whatever altitudes say.
-    fn altitude_mode(&mut self, source: &Source<'_>, lists: &Lists) -> Result<Option<AltitudeMode>> {
+    fn altitude_mode(&mut self, source: &PathSource<'_>, lists: &Lists) -> Result<Option<AltitudeMode>> {
         match lists.mode.as_deref() {
             Some("absolute") => Ok(Some(AltitudeMode::Msl)),
             Some("relativeToGround") => Ok(Some(AltitudeMode::Agl)),
@@ -170,7 +172,7 @@ impl Tracks {
 }
 
 /// Numbers between blanks (Google's tools) or commas (others).
-fn numbers(source: &Source<'_>, place: Place<'_>, text: &str) -> Result<Vec<f64>> {
+fn numbers(source: &PathSource<'_>, place: XmlPlace<'_>, text: &str) -> Result<Vec<f64>> {
     text.split(|letter: char| letter.is_whitespace() || letter == ',')
         .filter(|word| !word.is_empty())
         .map(|word| {

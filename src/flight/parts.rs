@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use time::OffsetDateTime;
 
-use super::raw::{CLOCK, RawFix, Reading, Source};
+use super::raw::{CLOCK, PathSource, RawFix, Reading};
 use hedgehop_base::error::{Error, Result};
 
 /// Parts that a sentence lists before it only counts them.
@@ -19,7 +19,7 @@ const MOST_LETTERS: usize = 40;
 
 /// A recording within a file.
 #[derive(Debug, Clone)]
-pub(super) struct Part {
+pub(super) struct Recording {
     /// Name in the file.
     pub name: Option<String>,
     /// Index of its first fix among those of the whole file; it ends where the next one begins.
@@ -27,7 +27,7 @@ pub(super) struct Part {
 }
 
 /// Leaves of a file's fixes what the user asked for, in the order that was asked for.
-pub(super) fn choose(source: &Source<'_>, reading: &mut Reading) -> Result<()> {
+pub(super) fn choose(source: &PathSource<'_>, reading: &mut Reading) -> Result<()> {
     let parts = spans(reading);
     let count = parts.len().max(1);
 
@@ -64,7 +64,7 @@ pub(super) fn choose(source: &Source<'_>, reading: &mut Reading) -> Result<()> {
 }
 
 /// Orders fixes by time. Recordings of the same hours are refused: sorted, they would be flown by turns.
-fn sort(source: &Source<'_>, reading: &mut Reading) -> Result<()> {
+fn sort(source: &PathSource<'_>, reading: &mut Reading) -> Result<()> {
     let mut hours: Vec<(usize, [f64; 2])> =
         spans(reading).into_iter().map(|span| ends(&reading.fixes[span])).enumerate().collect();
     hours.sort_by(|a, b| a.1[0].total_cmp(&b.1[0]));
@@ -105,7 +105,7 @@ fn spans(reading: &Reading) -> Vec<Range<usize>> {
     named(reading).map(|(_, span)| span).collect()
 }
 
-fn named(reading: &Reading) -> impl Iterator<Item = (&Part, Range<usize>)> {
+fn named(reading: &Reading) -> impl Iterator<Item = (&Recording, Range<usize>)> {
     let ends = reading.parts.iter().skip(1).map(|part| part.start).chain([reading.fixes.len()]);
     reading
         .parts

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::parts::{self, Part};
+use super::parts::{self, Recording};
 use super::track::{Altitude, Fix, Horizontal, ReadOptions, Track};
 use hedgehop_base::error::{Error, Result};
 
@@ -34,12 +34,12 @@ impl RawFix {
 
 /// The file that is read, for messages, and what the user said about it.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Source<'a> {
+pub(super) struct PathSource<'a> {
     pub path: &'a Path,
     pub options: &'a ReadOptions,
 }
 
-impl Source<'_> {
+impl PathSource<'_> {
     /// Something is wrong at `line`.
     pub fn at_line(&self, line: u64, what: impl std::fmt::Display) -> Error {
         Error::invalid(self.path, format!("line {line}: {what}"))
@@ -52,7 +52,7 @@ pub(super) struct Reading {
     pub format: &'static str,
     pub fixes: Vec<RawFix>,
     /// Recordings that the fixes are of, in the file's order; none where the format has but one.
-    pub parts: Vec<Part>,
+    pub parts: Vec<Recording>,
     /// Several of them in the format's own words.
     pub noun: &'static str,
     pub notes: Vec<String>,
@@ -66,7 +66,7 @@ impl Reading {
 }
 
 /// Checks ranges and the order of times, drops fixes with the time of their predecessor, and starts the clock at 0.
-pub(super) fn assemble(source: &Source<'_>, mut reading: Reading) -> Result<Track> {
+pub(super) fn assemble(source: &PathSource<'_>, mut reading: Reading) -> Result<Track> {
     parts::choose(source, &mut reading)?;
     let Reading { format, ref fixes, .. } = reading;
     let Some(first) = fixes.first().copied() else {
@@ -131,7 +131,7 @@ fn looks_swapped(fixes: &[RawFix]) -> bool {
     outside
 }
 
-fn check_ranges(source: &Source<'_>, raw: &RawFix, swapped: bool) -> Result<()> {
+fn check_ranges(source: &PathSource<'_>, raw: &RawFix, swapped: bool) -> Result<()> {
     let fix = &raw.fix;
     let fail = |what: String| Err(source.at_line(raw.line, what));
     let within = |value: f64, limit: f64| value.abs() <= limit; // false for NaN

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use super::raw::{Reading, Source, assemble};
+use super::raw::{PathSource, Reading, assemble};
 use super::track::{ReadOptions, Track};
 use super::{csv, gpx, igc, kml};
 use hedgehop_base::document::unmarked;
@@ -18,7 +18,7 @@ use hedgehop_base::error::{Error, Result};
 pub fn read_track(path: &Path, options: &ReadOptions) -> Result<Track> {
     check_file(path)?;
     let bytes = fs::read(path).map_err(|source| Error::io(path, "read", source))?;
-    let source = Source { path, options };
+    let source = PathSource { path, options };
     let text = text_of(&source, &bytes)?;
     assemble(&source, read_text(&source, &text)?)
 }
@@ -42,7 +42,7 @@ fn check_file(path: &Path) -> Result<()> {
 }
 
 /// Text without byte order mark; what is not UTF-8 (old loggers write names in Latin-1) becomes �, which no number holds.
-fn text_of<'a>(source: &Source<'_>, bytes: &'a [u8]) -> Result<std::borrow::Cow<'a, str>> {
+fn text_of<'a>(source: &PathSource<'_>, bytes: &'a [u8]) -> Result<std::borrow::Cow<'a, str>> {
     let refuse = |what: &str, remedy: &str| Err(Error::unsupported(source.path, what, remedy));
     if bytes.starts_with(b"PK\x03\x04") {
         return refuse("this is a zip file (KMZ?)", "unzip it and give the .kml inside");
@@ -54,7 +54,7 @@ fn text_of<'a>(source: &Source<'_>, bytes: &'a [u8]) -> Result<std::borrow::Cow<
     Ok(String::from_utf8_lossy(bytes))
 }
 
-fn read_text(source: &Source<'_>, text: &str) -> Result<Reading> {
+fn read_text(source: &PathSource<'_>, text: &str) -> Result<Reading> {
     let extension = source.path.extension().map(|name| name.to_string_lossy().to_ascii_lowercase());
     let named = |name: &str| extension.as_deref() == Some(name);
     if text.trim().is_empty() {

@@ -81,7 +81,7 @@ impl Trajectory {
         let times: Vec<f64> = track.fixes.iter().map(|fix| fix.time).collect();
         let interval = smooth::median_interval(&times).unwrap_or(0.0);
         let mut notes = Vec::new();
-        let placement = Placement::new(track, crs)?;
+        let placement = FixPlacement::new(track, crs)?;
         let mut points = placement.horizontal()?;
         let given = placement.given_angles(&points, &mut notes)?;
         let full = given.yaw.is_some() && given.pitch.is_some() && given.roll.is_some();
@@ -216,14 +216,14 @@ fn check(track: &Track, options: &BindOptions) -> Result<()> {
 }
 
 /// Puts fixes into a database's system.
-struct Placement<'a> {
+struct FixPlacement<'a> {
     track: &'a Track,
     crs: &'a Crs,
     /// Transformations from and to WGS 84; `None` in a local system.
     earth: Option<(Transform, Transform)>,
 }
 
-impl<'a> Placement<'a> {
+impl<'a> FixPlacement<'a> {
     fn new(track: &'a Track, crs: &'a Crs) -> Result<Self> {
         if crs.is_local() {
             if track.fixes.iter().any(|fix| matches!(fix.horizontal, Horizontal::LonLat(..))) {

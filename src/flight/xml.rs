@@ -7,12 +7,12 @@
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 
-use super::raw::Source;
+use super::raw::PathSource;
 use hedgehop_base::error::Result;
 
 /// An element opens or closes.
 #[derive(Debug)]
-pub(super) enum Step<'a> {
+pub(super) enum XmlStep<'a> {
     /// Attributes are looked up with [`attribute`].
     Open(&'a BytesStart<'a>),
     /// Text since the last tag, trimmed: the content, if the element is a leaf.
@@ -21,7 +21,7 @@ pub(super) enum Step<'a> {
 
 /// Position of a walk through a document.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Place<'a> {
+pub(super) struct XmlPlace<'a> {
     /// Name of the element, without prefix.
     pub name: &'a str,
     /// Line where its tag begins, from 1.
@@ -32,9 +32,9 @@ pub(super) struct Place<'a> {
 
 /// Calls `visit` for every element of `text`, in order.
 pub(super) fn walk(
-    source: &Source<'_>,
+    source: &PathSource<'_>,
     text: &str,
-    mut visit: impl FnMut(Place<'_>, Step<'_>) -> Result<()>,
+    mut visit: impl FnMut(XmlPlace<'_>, XmlStep<'_>) -> Result<()>,
 ) -> Result<()> {
     let mut reader = Reader::from_str(text);
     reader.config_mut().expand_empty_elements = true;
@@ -56,14 +56,14 @@ pub(super) fn walk(
                 content.clear();
                 let local = start.local_name();
                 let name = String::from_utf8_lossy(local.as_ref());
-                visit(Place { name: &name, line, depth }, Step::Open(&start))?;
+                visit(XmlPlace { name: &name, line, depth }, XmlStep::Open(&start))?;
                 depth += 1;
             }
             Event::End(end) => {
                 depth = depth.saturating_sub(1);
                 let local = end.local_name();
                 let name = String::from_utf8_lossy(local.as_ref());
-                visit(Place { name: &name, line, depth }, Step::Close(content.trim()))?;
+                visit(XmlPlace { name: &name, line, depth }, XmlStep::Close(content.trim()))?;
                 content.clear();
             }
             Event::Text(piece) => content.push_str(&String::from_utf8_lossy(&piece)),

@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 use std::io::ErrorKind;
 use std::path::Path;
 
-use super::picture::Refusal;
+use super::picture::PictureRefusal;
 use super::{FrameInfo, Target, exr, png};
 use crate::space::Camera;
 
@@ -49,8 +49,8 @@ pub fn existing(path: &Path, camera: &Camera, info: &FrameInfo) -> Existing {
             Some(what) => Existing::Different(what),
             None => Existing::Whole,
         },
-        Err(Refusal::Broken(what)) => Existing::Broken(what),
-        Err(Refusal::Size((width, height))) => {
+        Err(PictureRefusal::Broken(what)) => Existing::Broken(what),
+        Err(PictureRefusal::Size((width, height))) => {
             let what = format!("it is {width}×{height} pixels, not {}×{}", camera.width, camera.height);
             Existing::Different(what)
         }
@@ -72,7 +72,7 @@ fn entries(
     path: &Path,
     bytes: &[u8],
     wanted: Option<(u32, u32)>,
-) -> Result<BTreeMap<String, String>, Refusal> {
+) -> Result<BTreeMap<String, String>, PictureRefusal> {
     match Target::of(path) {
         Ok(Target::Png) => png::decode(bytes, wanted).map(|(_, entries)| entries),
         Ok(Target::Exr) => exr::decode(bytes, wanted).map(|decoded| decoded.entries),

@@ -36,7 +36,7 @@ use ::exr::prelude::{
 };
 
 use super::info::{CAMERA_CONVENTIONS, Value};
-use super::picture::Refusal;
+use super::picture::PictureRefusal;
 use super::{Frame, FrameInfo, Matte};
 use crate::space::{Camera, Ray, Screen};
 use hedgehop_base::colour::linear_from_srgb8;
@@ -314,7 +314,7 @@ impl Decoded {
 }
 
 /// Decodes a whole EXR and compares its digest. `size` is the only one that is accepted, if given.
-pub(super) fn decode(bytes: &[u8], size: Option<(u32, u32)>) -> Result<Decoded, Refusal> {
+pub(super) fn decode(bytes: &[u8], size: Option<(u32, u32)>) -> Result<Decoded, PictureRefusal> {
     let (width, height) = check_header(bytes, size)?;
     let image = read()
         .no_deep_data()
@@ -341,7 +341,7 @@ pub(super) fn decode(bytes: &[u8], size: Option<(u32, u32)>) -> Result<Decoded, 
 }
 
 /// Validates what decides how much memory decoding takes, and returns the size.
-pub(super) fn check_header(bytes: &[u8], size: Option<(u32, u32)>) -> Result<(u32, u32), Refusal> {
+pub(super) fn check_header(bytes: &[u8], size: Option<(u32, u32)>) -> Result<(u32, u32), PictureRefusal> {
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), true).map_err(|error| error.to_string())?;
     let [header] = meta.headers.as_slice() else { return Err("it has more than one part".to_owned().into()) };
     if header.deep {
@@ -351,7 +351,7 @@ pub(super) fn check_header(bytes: &[u8], size: Option<(u32, u32)>) -> Result<(u3
     let (Ok(width), Ok(height)) = (u32::try_from(width), u32::try_from(height)) else {
         return Err("it is too large".to_owned().into());
     };
-    Refusal::other_size((width, height), size)?;
+    PictureRefusal::other_size((width, height), size)?;
     if header.channels.bytes_per_pixel > PIXEL_BYTES {
         return Err(format!("it has {} bytes per pixel", header.channels.bytes_per_pixel).into());
     }

@@ -14,18 +14,18 @@ const EXAMPLE: &str = "write for instance 1-10,20,30-40:2";
 /// A set of frame numbers, each ≥ 1.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FrameSet {
-    ranges: Vec<Range>,
+    ranges: Vec<FrameRange>,
 }
 
 /// `first, first + step, …`, none above `last`; `last` is one of them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Range {
+struct FrameRange {
     first: u64,
     last: u64,
     step: u64,
 }
 
-impl Range {
+impl FrameRange {
     fn contains(&self, number: u64) -> bool {
         (self.first..=self.last).contains(&number) && (number - self.first).is_multiple_of(self.step)
     }
@@ -47,7 +47,8 @@ impl FrameSet {
 
     /// Frames 1 … `count`; nothing for 0.
     pub fn all(count: u64) -> Self {
-        let ranges = if count == 0 { Vec::new() } else { vec![Range { first: 1, last: count, step: 1 }] };
+        let ranges =
+            if count == 0 { Vec::new() } else { vec![FrameRange { first: 1, last: count, step: 1 }] };
         Self { ranges }
     }
 
@@ -92,7 +93,7 @@ impl FrameSet {
 }
 
 /// One item of the list, or what is wrong with it.
-fn range(item: &str) -> Result<Range, String> {
+fn range(item: &str) -> Result<FrameRange, String> {
     let (span, step) = match item.split_once(':') {
         Some((span, step)) => (span, number(step, item)?),
         None => (item, 1),
@@ -112,7 +113,7 @@ fn range(item: &str) -> Result<Range, String> {
         return Err(format!("`{item}` runs backwards ({first} is above {last})"));
     }
 
-    Ok(Range { first, last: last - (last - first) % step, step })
+    Ok(FrameRange { first, last: last - (last - first) % step, step })
 }
 
 fn number(text: &str, item: &str) -> Result<u64, String> {

@@ -47,16 +47,16 @@ pub struct GeoTiff {
 }
 
 /// Tiles that were made: offset and bytes in the file that they wait in.
-type Places = Vec<(u64, u32)>;
+type WaitingTiles = Vec<(u64, u32)>;
 
 /// One resolution.
-struct Layer {
+struct Resolution {
     width: u32,
     height: u32,
-    places: Places,
+    places: WaitingTiles,
 }
 
-impl Layer {
+impl Resolution {
     fn tiles(&self) -> [u32; 2] {
         [self.width.div_ceil(TILE), self.height.div_ceil(TILE)]
     }
@@ -73,7 +73,7 @@ pub fn write_geotiff(
     tile: &mut dyn FnMut([u32; 2]) -> Result<Vec<u8>>,
     observer: &dyn Observer,
 ) -> Result<()> {
-    write(path, &Kind { map, has_voids: true }, tile, observer)
+    write(path, &MapKind { map, has_voids: true }, tile, observer)
 }
 
 /// The same of a map all of which is data: 0 is a value like all others, and nothing is declared.
@@ -86,18 +86,18 @@ pub fn write_full_geotiff(
     tile: &mut dyn FnMut([u32; 2]) -> Result<Vec<u8>>,
     observer: &dyn Observer,
 ) -> Result<()> {
-    write(path, &Kind { map, has_voids: false }, tile, observer)
+    write(path, &MapKind { map, has_voids: false }, tile, observer)
 }
 
 /// A map, and whether [`NO_DATA`] is one of its values or none.
-struct Kind<'m> {
+struct MapKind<'m> {
     map: &'m GeoTiff,
     has_voids: bool,
 }
 
 fn write(
     path: &Path,
-    kind: &Kind<'_>,
+    kind: &MapKind<'_>,
     tile: &mut dyn FnMut([u32; 2]) -> Result<Vec<u8>>,
     observer: &dyn Observer,
 ) -> Result<()> {
@@ -117,12 +117,12 @@ fn write(
 }
 
 /// The whole and its overviews, each half as wide, until one fits into a tile.
-fn layers(map: &GeoTiff) -> Vec<Layer> {
+fn layers(map: &GeoTiff) -> Vec<Resolution> {
     let sizes = std::iter::successors(Some((map.width, map.height)), |&(width, height)| {
         (width.max(height) > TILE).then(|| (width.div_ceil(2), height.div_ceil(2)))
     });
     let layer = |(width, height): (u32, u32)| {
-        let mut layer = Layer { width, height, places: Vec::new() };
+        let mut layer = Resolution { width, height, places: Vec::new() };
         let [columns, rows] = layer.tiles();
         layer.places = vec![(0, 0); columns as usize * rows as usize];
         layer
@@ -133,8 +133,8 @@ fn layers(map: &GeoTiff) -> Vec<Layer> {
 /// Makes tiles and sets them aside.
 struct Maker<'m> {
     path: &'m Path,
-    kind: &'m Kind<'m>,
-    layers: Vec<Layer>,
+    kind: &'m MapKind<'m>,
+    layers: Vec<Resolution>,
     aside: File,
     end: u64,
     observer: &'m dyn Observer,
@@ -177,7 +177,7 @@ impl Maker<'_> {
 
     /// Fills the pixels beside the map, which must not change overviews: without data, or as the map's edge where all is data.
     fn fill_beside(&self, samples: &mut [u8], layer: usize, [column, row]: [u32; 2]) {
-        let Layer { width, height, .. } = self.layers[layer];
+        let Resolution { width, height, .. } = self.layers[layer];
         let inside = |size: u32, at: u32| (size - at * TILE).min(TILE) as usize;
         let bands = self.kind.map.bands;
         let line = TILE as usize * bands;
@@ -207,7 +207,7 @@ impl Maker<'_> {
 }
 
 /// Puts a tile at half its size into a quarter of another; means of those of four pixels that have data.
-fn halve(finer: &[u8], coarser: &mut [u8], [right, down]: [u32; 2], kind: &Kind<'_>) {
+fn halve(finer: &[u8], coarser: &mut [u8], [right, down]: [u32; 2], kind: &MapKind<'_>) {
     let (bands, is_full) = (kind.map.bands, !kind.has_voids);
     let (side, half) = (TILE as usize, TILE as usize / 2);
     let sample = |x: usize, y: usize| &finer[(y * side + x) * bands..][..bands];
@@ -267,8 +267,8 @@ impl Values {
 
 /// The tags of a layer whose tiles lie at these offsets.
 fn tags(
-    kind: &Kind<'_>,
-    layers: &[Layer],
+    kind: &MapKind<'_>,
+    layers: &[Resolution],
     index: usize,
     offsets: &[u64],
     is_big: bool,
@@ -320,7 +320,13 @@ fn tags(
 }
 
 /// Directories with their values, one behind the other; `start` is where they begin in the file.
-fn directories(kind: &Kind<'_>, layers: &[Layer], offsets: &[Vec<u64>], start: u64, is_big: bool) -> Vec<u8> {
+fn directories(
+    kind: &MapKind<'_>,
+    layers: &[Resolution],
+    offsets: &[Vec<u64>],
+    start: u64,
+    is_big: bool,
+) -> Vec<u8> {
     let mut bytes = Vec::new();
     let word = |value: u64| {
         if is_big { value.to_le_bytes().to_vec() } else { (value as u32).to_le_bytes().to_vec() }
@@ -373,7 +379,7 @@ fn directories(kind: &Kind<'_>, layers: &[Layer], offsets: &[Vec<u64>], start: u
 }
 
 /// Puts the file together from the tiles that were set aside.
-fn assemble(file: &mut File, kind: &Kind<'_>, layers: &[Layer], aside: &mut File) -> io::Result<()> {
+fn assemble(file: &mut File, kind: &MapKind<'_>, layers: &[Resolution], aside: &mut File) -> io::Result<()> {
     let stored: u64 =
         layers.iter().flat_map(|layer| &layer.places).map(|(_, length)| u64::from(*length)).sum();
     let is_big = stored > MOST_SMALL;

@@ -30,12 +30,12 @@ pub struct Matte {
     pub names: Vec<String>,
     /// Shares in pixels that bodies are in, and along the skyline; by pixel, and of each the most first. Other pixels show ground alone, or sky, as the
     /// frame's `level` says.
-    pub covers: Vec<Cover>,
+    pub covers: Vec<MatteCoverage>,
 }
 
 /// Share of one thing in a pixel.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Cover {
+pub struct MatteCoverage {
     /// Column, plus row times the picture's width.
     pub pixel: u32,
     /// Number of the body; [`Self::GROUND`] of the ground.
@@ -44,7 +44,7 @@ pub struct Cover {
     pub share: f32,
 }
 
-impl Cover {
+impl MatteCoverage {
     /// Number of the ground, which no body has.
     pub const GROUND: u32 = u32::MAX;
 }
@@ -54,7 +54,7 @@ impl Matte {
     pub(super) fn channels(&self, frame: &Frame) -> Vec<(String, Vec<f32>)> {
         let pixels = frame.level.len();
         let mut planes = vec![vec![0.0; pixels]; 2 * RANKS];
-        let ground = id(&self.name(Cover::GROUND));
+        let ground = id(&self.name(MatteCoverage::GROUND));
         for (pixel, _) in frame.level.iter().enumerate().filter(|(_, level)| **level != Frame::SKY_LEVEL) {
             (planes[0][pixel], planes[1][pixel]) = (ground, 1.0);
         }
@@ -86,7 +86,7 @@ impl Matte {
 
     /// Names and values of the header's attributes.
     pub(super) fn attributes(&self) -> [(String, String); 4] {
-        let numbers = (0..self.most_id()).chain([Cover::GROUND]);
+        let numbers = (0..self.most_id()).chain([MatteCoverage::GROUND]);
         let manifest: serde_json::Map<_, _> = numbers
             .map(|number| {
                 let name = self.name(number);
@@ -106,13 +106,13 @@ impl Matte {
 
     /// One more than the highest id of a body, at least as many as there are names.
     fn most_id(&self) -> u32 {
-        let bodies = self.covers.iter().map(|cover| cover.id).filter(|id| *id != Cover::GROUND);
+        let bodies = self.covers.iter().map(|cover| cover.id).filter(|id| *id != MatteCoverage::GROUND);
         bodies.max().map_or(0, |id| id + 1).max(self.names.len() as u32)
     }
 
     /// Names a body, or the ground.
     fn name(&self, number: u32) -> String {
-        if number == Cover::GROUND {
+        if number == MatteCoverage::GROUND {
             // Ids are those of names: the ground's must be its own.
             let taken: BTreeSet<&str> = self.names.iter().map(String::as_str).collect();
             let mut name = "ground".to_owned();

@@ -22,7 +22,7 @@ const LONGEST: f64 = 65_504.0;
 
 /// Step from one moment to another.
 #[derive(Debug, Clone, Copy)]
-pub struct Step<'s> {
+pub struct MotionStep<'s> {
     /// Camera of the other moment, with the same screen.
     pub camera: &'s Camera,
     /// Bodies of the frame, and the same at the other moment, in any order.
@@ -46,7 +46,7 @@ struct Moved {
 ///
 /// # Errors
 /// [`Error::Configuration`] on screens that are tables of rays: they do not tell where a point is.
-pub fn motion(frame: &Frame, step: &Step<'_>, farm: &Farm) -> Result<Vec<[f32; 2]>> {
+pub fn motion(frame: &Frame, step: &MotionStep<'_>, farm: &Farm) -> Result<Vec<[f32; 2]>> {
     if let Screen::Table(_) = frame.camera.screen() {
         let what =
             "motion vectors need a screen with a formula, and a table of rays has none; leave out motion";
@@ -68,7 +68,13 @@ pub fn motion(frame: &Frame, step: &Step<'_>, farm: &Farm) -> Result<Vec<[f32; 2
 }
 
 /// Finds a pixel's point on the screen at the other moment.
-fn position(frame: &Frame, step: &Step<'_>, moved: &[Moved], pixel: usize, place: DVec2) -> Option<DVec2> {
+fn position(
+    frame: &Frame,
+    step: &MotionStep<'_>,
+    moved: &[Moved],
+    pixel: usize,
+    place: DVec2,
+) -> Option<DVec2> {
     let ray = frame.camera.ray(place.x, place.y)?;
     let (range, eye) = (f64::from(frame.range[pixel]), step.camera.pose.eye);
     if range.is_infinite() {
@@ -98,7 +104,7 @@ fn lowered(point: DVec3, eye: DVec3, curvature: Curvature) -> DVec3 {
 }
 
 /// Lists the movement of each body, by id. One that is not there at the other moment stays.
-fn moved(frame: &Frame, step: &Step<'_>) -> Vec<Moved> {
+fn moved(frame: &Frame, step: &MotionStep<'_>) -> Vec<Moved> {
     let [now, then] = step.bodies;
     let mut by_id: Vec<&Body> = then.iter().collect();
     by_id.sort_unstable_by_key(|body| body.id);

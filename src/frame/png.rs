@@ -12,7 +12,7 @@ use std::path::Path;
 
 use super::FrameInfo;
 use super::info::CAMERA_CONVENTIONS;
-use super::picture::{Picture, Refusal};
+use super::picture::{Picture, PictureRefusal};
 use crate::space::Camera;
 use hedgehop_base::error::{Error, Result};
 
@@ -58,7 +58,7 @@ fn encode_rgb(rgb: &[u8], camera: &Camera, info: &FrameInfo) -> Result<Vec<u8>, 
 pub(super) fn decode(
     bytes: &[u8],
     size: Option<(u32, u32)>,
-) -> Result<(Picture, BTreeMap<String, String>), Refusal> {
+) -> Result<(Picture, BTreeMap<String, String>), PictureRefusal> {
     let mut options = ::png::DecodeOptions::default();
     options.set_ignore_adler32(false);
     options.set_skip_ancillary_crc_failures(false);
@@ -67,7 +67,7 @@ pub(super) fn decode(
     decoder.set_transformations(::png::Transformations::IDENTITY);
     let header = decoder.read_header_info().map_err(|error| error.to_string())?;
     let (width, height) = (header.width, header.height);
-    Refusal::other_size((width, height), size)?;
+    PictureRefusal::other_size((width, height), size)?;
     if header.color_type != ::png::ColorType::Rgb || header.bit_depth != ::png::BitDepth::Eight {
         return Err("it is not 8-bit RGB".to_owned().into());
     }

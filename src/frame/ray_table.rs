@@ -11,7 +11,7 @@ use ::exr::prelude::{
     AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, WritableImage,
 };
 
-use super::picture::Refusal;
+use super::picture::PictureRefusal;
 use super::{Written, atomic, exr, read_regular};
 use crate::space::RayTable;
 use hedgehop_base::error::{Error, Result};
@@ -29,7 +29,7 @@ const MOST_PIXELS_A_SIDE: u32 = 16384;
 /// [`Error::Unsupported`] if its channels are not 32-bit floats.
 pub fn read_ray_table(path: &Path) -> Result<RayTable> {
     let bytes = read_regular(path, "read the table of rays")?;
-    let no_table = |refusal: Refusal| {
+    let no_table = |refusal: PictureRefusal| {
         Error::invalid(path, format!("this is no EXR with a table of rays: {refusal}; write it again"))
     };
     let (width, height) = exr::check_header(&bytes, None).map_err(no_table)?;

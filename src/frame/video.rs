@@ -158,7 +158,7 @@ fn missing(out: &Path, error: &std::io::Error) -> Error {
 
 /// A running ffmpeg. Dropped before it is finished, it is ended, and its temporary file removed.
 struct Pipe {
-    child: Ending,
+    child: ProcessEnd,
     pixels: ChildStdin,
     complaints: JoinHandle<String>,
     temporary: tempfile::NamedTempFile,
@@ -167,9 +167,9 @@ struct Pipe {
 }
 
 /// Ends the process when dropped; one that has ended already is left alone.
-struct Ending(Child);
+struct ProcessEnd(Child);
 
-impl Drop for Ending {
+impl Drop for ProcessEnd {
     fn drop(&mut self) {
         let _ = self.0.kill();
         let _ = self.0.wait();
@@ -200,7 +200,7 @@ impl Pipe {
         let mut target = OsString::from("file:");
         target.push(temporary.path());
         command.arg(target).stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped());
-        let mut child = Ending(command.spawn().map_err(|error| missing(out, &error))?);
+        let mut child = ProcessEnd(command.spawn().map_err(|error| missing(out, &error))?);
         let (Some(pixels), Some(errors)) = (child.0.stdin.take(), child.0.stderr.take()) else {
             return Err(Error::unsupported(out, "ffmpeg has no pipes", "write y4m with `-o -`"));
         };

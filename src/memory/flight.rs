@@ -17,9 +17,9 @@ use std::sync::PoisonError;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-use super::resident::Sights;
+use super::resident::PaintInSight;
 use super::sync::{self, AtomicBool, AtomicU32, Condvar, Mutex, MutexGuard, Receiver, Sender, bounded};
-use super::tally::Tally;
+use super::tally::PagingCounters;
 use super::{Paging, ResidentPages};
 use crate::voxel::{PageId, PageNeeds};
 use hedgehop_base::error::{Error, Result};
@@ -82,7 +82,7 @@ impl Flight<'_> {
         }
         drop(ready);
         self.pages.begin(frame);
-        Tally::add_time(&self.pages.tally().frame_wait_ns, begun.elapsed());
+        PagingCounters::add_time(&self.pages.tally().frame_wait_ns, begun.elapsed());
     }
 
     /// A frame has been delivered, and all before it: what only they needed may go.
@@ -115,7 +115,7 @@ impl Flight<'_> {
     }
 
     fn look_ahead(&self, count: u32, foresight: &dyn Foresight, news: &Receiver<()>) {
-        let _end = Ending(self);
+        let _end = FlightEnd(self);
         if self.pages.is_whole() {
             return;
         }
@@ -123,7 +123,7 @@ impl Flight<'_> {
         self.pages.manage();
         let mut next = 0;
         let mut needs = None;
-        let mut in_sight = Sights::new();
+        let mut in_sight = PaintInSight::new();
         let leaves_paint = self.pages.budget() < u64::MAX && foresight.brings_paint();
 
         while next < count && !self.stopped.load(Ordering::Acquire) {
@@ -163,9 +163,9 @@ impl Flight<'_> {
 }
 
 /// Lets all frames begin once it is dropped, however that comes.
-struct Ending<'a, 'p>(&'a Flight<'p>);
+struct FlightEnd<'a, 'p>(&'a Flight<'p>);
 
-impl Drop for Ending<'_, '_> {
+impl Drop for FlightEnd<'_, '_> {
     fn drop(&mut self) {
         self.0.ready().ended = true;
         self.0.changed.notify_all();

@@ -35,7 +35,7 @@ const SLOTS: usize = 256;
 const NONE: u64 = u64::MAX;
 
 /// A watched mapping, as the handler sees it.
-struct Slot {
+struct GuardSlot {
     is_taken: AtomicBool,
     /// Odd while the bounds change.
     version: AtomicUsize,
@@ -45,7 +45,7 @@ struct Slot {
     failed: AtomicU64,
 }
 
-impl Slot {
+impl GuardSlot {
     const fn free() -> Self {
         Self {
             is_taken: AtomicBool::new(false),
@@ -76,10 +76,10 @@ impl Slot {
     }
 }
 
-static TABLE: [Slot; SLOTS] = [const { Slot::free() }; SLOTS];
+static TABLE: [GuardSlot; SLOTS] = [const { GuardSlot::free() }; SLOTS];
 
 /// Watches a mapping for as long as it lives.
-pub(super) struct Watch(Option<&'static Slot>);
+pub(super) struct Watch(Option<&'static GuardSlot>);
 
 impl Watch {
     /// Watches a mapping; without a free slot it is not watched.
@@ -88,7 +88,7 @@ impl Watch {
     /// `mapping` is a whole mapping of a file from its first byte on, which begins where a page of the system does, is only read, and
     /// outlives the returned value; nobody reads it after that.
     pub unsafe fn new(mapping: &[u8]) -> Self {
-        let take = |slot: &&Slot| {
+        let take = |slot: &&GuardSlot| {
             slot.is_taken.compare_exchange(false, true, Ordering::Acquire, Ordering::Relaxed).is_ok()
         };
         let slot = TABLE.iter().find(take);
@@ -166,7 +166,7 @@ extern "C" fn on_bus_error(signal: c_int, info: *mut libc::siginfo_t, context: *
 }
 
 /// Puts zeros in the place of a slot's mapping if it holds `address`.
-fn gives_zeros(slot: &Slot, address: usize) -> bool {
+fn gives_zeros(slot: &GuardSlot, address: usize) -> bool {
     let Some(bounds) = slot.bounds().filter(|bounds| bounds.contains(&address)) else { return false };
     let byte = (address - bounds.start) as u64;
     // Noted before zeros can be read by anyone. A thread that fails while another one does this finds it noted, and repeats it.
@@ -249,7 +249,7 @@ mod tests {
 
     #[test]
     fn a_slot_that_changes_has_no_bounds() {
-        let slot = Slot::free();
+        let slot = GuardSlot::free();
         slot.bound(10..20);
         assert_eq!(slot.bounds(), Some(10..20));
         slot.version.fetch_add(1, Ordering::Relaxed);

@@ -12,14 +12,14 @@ use std::collections::{BTreeSet, VecDeque};
 
 /// Frames that hold what was in memory when they began, and pages that wait for their end.
 #[derive(Debug, Default)]
-pub(super) struct Leaving {
+pub(super) struct DeferredEviction {
     next: u64,
     held: BTreeSet<u64>,
     /// Pages, and the number of the first frame that never had them; rising.
     pages: VecDeque<(u64, u32)>,
 }
 
-impl Leaving {
+impl DeferredEviction {
     /// A frame begins; the number that it holds.
     pub fn begin(&mut self) -> u64 {
         self.next += 1;
@@ -60,13 +60,13 @@ impl Leaving {
 mod tests {
     use super::*;
 
-    fn all_gone(leaving: &mut Leaving) -> Vec<u32> {
+    fn all_gone(leaving: &mut DeferredEviction) -> Vec<u32> {
         std::iter::from_fn(|| leaving.gone()).collect()
     }
 
     #[test]
     fn pages_go_when_the_last_frame_that_had_them_has_ended() {
-        let mut leaving = Leaving::default();
+        let mut leaving = DeferredEviction::default();
         leaving.leave(1);
         assert_eq!(all_gone(&mut leaving), [1], "nobody reads it");
         let first = leaving.begin();
@@ -88,7 +88,7 @@ mod tests {
 
     #[test]
     fn pages_that_come_back_wait_no_more() {
-        let mut leaving = Leaving::default();
+        let mut leaving = DeferredEviction::default();
         let frame = leaving.begin();
         (1..=3).for_each(|page| leaving.leave(page));
         assert!(leaving.come_back(2) && !leaving.come_back(2) && !leaving.come_back(4));
@@ -98,7 +98,7 @@ mod tests {
 
     #[test]
     fn frames_may_end_in_any_order() {
-        let mut leaving = Leaving::default();
+        let mut leaving = DeferredEviction::default();
         let [first, second] = [leaving.begin(), leaving.begin()];
         leaving.leave(1);
         leaving.end(second);

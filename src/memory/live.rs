@@ -17,7 +17,7 @@ use std::collections::VecDeque;
 use std::sync::atomic::Ordering;
 
 use super::flight::{Flight, Foresight, LOOKAHEAD};
-use super::resident::{Need, PresentPages};
+use super::resident::{PresentPages, Purpose};
 use super::sync::{AtomicU32, Receiver};
 use super::{Paging, ResidentPages};
 use crate::voxel::PagePart;
@@ -123,7 +123,7 @@ impl Thread<'_> {
         self.wanted = wanted.into();
         let now = self.agenda.begun.saturating_sub(1);
         let is_behind = |page| foresight.is_behind(now, page);
-        let has_room = pages.bring_some(&mut self.wanted, Need::Now(now, &is_behind));
+        let has_room = pages.bring_some(&mut self.wanted, Purpose::Now(now, &is_behind));
         if has_room && !self.wanted.is_empty() {
             return true;
         }
@@ -138,8 +138,8 @@ impl Thread<'_> {
         }
 
         let (errand, need): (_, fn(_, _) -> _) = match (&mut self.next, &mut self.farther) {
-            (next @ Some(_), _) => (next, Need::Now),
-            (None, farther) => (farther, Need::Ahead),
+            (next @ Some(_), _) => (next, Purpose::Now),
+            (None, farther) => (farther, Purpose::Ahead),
         };
         let Some(Errand { frame, pages: needs }) = errand else { return false };
         let has_room = pages.bring_some(needs, need(*frame, &is_behind));

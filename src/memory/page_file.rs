@@ -32,7 +32,7 @@ const LEAVE_ALONE: &str = "leave a database alone while it is in use (`build --o
 
 /// A mapped file.
 #[derive(Debug)]
-struct Mapping {
+struct FileMapping {
     /// Before the mapping: it is dropped first.
     watch: Watch,
     map: Mmap,
@@ -41,7 +41,7 @@ struct Mapping {
     modified: Option<SystemTime>,
 }
 
-impl Mapping {
+impl FileMapping {
     fn new(path: &Path) -> Result<Self> {
         let file = open_to_read(path)?;
         let modified = file.metadata().and_then(|metadata| metadata.modified()).ok();
@@ -75,7 +75,7 @@ impl Mapping {
     }
 }
 
-impl FileBytes for Mapping {
+impl FileBytes for FileMapping {
     fn bytes(&self) -> &[u8] {
         &self.map
     }
@@ -128,7 +128,7 @@ impl FileBytes for Mapping {
 /// A database file that is open for reading.
 #[derive(Debug)]
 pub struct PageFile {
-    store: PageStore<Mapping>,
+    store: PageStore<FileMapping>,
 }
 
 impl PageFile {
@@ -155,7 +155,7 @@ impl PageFile {
                 "is no regular file and cannot be mapped; copy it to a disk first",
             ));
         }
-        let mapping = Mapping::new(path)?;
+        let mapping = FileMapping::new(path)?;
         Ok(Self { store: PageStore::new(path, mapping)?.trusting(trust) })
     }
 

@@ -62,7 +62,7 @@ impl Paging {
 
 /// Counters that any thread may raise.
 #[derive(Debug, Default)]
-pub(super) struct Tally {
+pub(super) struct PagingCounters {
     pub demand_misses: AtomicU64,
     pub demand_waits: AtomicU64,
     pub demand_wait_ns: AtomicU64,
@@ -77,7 +77,7 @@ pub(super) struct Tally {
     pub pages_late: AtomicU64,
 }
 
-impl Tally {
+impl PagingCounters {
     pub fn add(counter: &AtomicU64, count: u64) {
         counter.fetch_add(count, Ordering::Relaxed);
     }

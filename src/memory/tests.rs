@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use glam::DVec2;
 use tempfile::TempDir;
 
-use super::resident::Need;
+use super::resident::Purpose;
 use super::sync::{Receiver, Sender, bounded};
 use super::{PageFile, PresentPages, ResidentPages};
 use crate::voxel::{Arrays, Grid, Metadata, PageId, PageNeeds, PagePart, PageSource, write_arrays};
@@ -44,7 +44,7 @@ impl Site {
     }
 
     /// Brings what there is room for; what is left.
-    fn bring(&self, parts: &[PagePart], need: Need<'_>) -> Vec<PagePart> {
+    fn bring(&self, parts: &[PagePart], need: Purpose<'_>) -> Vec<PagePart> {
         let mut parts: VecDeque<_> = parts.iter().copied().collect();
         while self.pages.bring_some(&mut parts, need) && !parts.is_empty() {}
         parts.into()
@@ -133,7 +133,7 @@ const NOTHING_BEHIND: &dyn Fn(PageId) -> bool = &|_| false;
 #[test]
 fn a_frame_sees_what_was_there_when_it_began_and_wants_the_rest_once() {
     let site = Site::new(u64::MAX);
-    assert_eq!(site.bring(&fine(&[1]), Need::Now(0, NOTHING_BEHIND)), []);
+    assert_eq!(site.bring(&fine(&[1]), Purpose::Now(0, NOTHING_BEHIND)), []);
     let before = site.pages.paging();
     let frame = site.present();
     assert!(frame.has(page(1)) && frame.page(page(1)).unwrap().is_some());
@@ -146,7 +146,7 @@ fn a_frame_sees_what_was_there_when_it_began_and_wants_the_rest_once() {
     assert_eq!(site.wanted(), fine(&[2]));
 
     // What comes while it is rendered is not for it, but for the next one.
-    site.bring(&fine(&[2]), Need::Now(0, NOTHING_BEHIND));
+    site.bring(&fine(&[2]), Purpose::Now(0, NOTHING_BEHIND));
     assert!(!frame.has(page(2)) && frame.page(page(2)).unwrap().is_none());
     assert_eq!(site.wanted(), []);
     assert!(site.present().page(page(2)).unwrap().is_some());
@@ -166,15 +166,15 @@ fn a_frame_sees_what_was_there_when_it_began_and_wants_the_rest_once() {
 #[test]
 fn what_a_frame_holds_leaves_when_it_ends() {
     let site = Site::new(2 * page_bytes());
-    site.bring(&fine(&[5, 6]), Need::Now(0, NOTHING_BEHIND));
+    site.bring(&fine(&[5, 6]), Purpose::Now(0, NOTHING_BEHIND));
     let full = site.bytes();
     let frame = site.present();
     // Both may go, but not before the frame ends: there is no room until then.
-    assert_eq!(site.bring(&fine(&[9, 10]), Need::Now(0, NOTHING_BEHIND)), fine(&[9, 10]));
+    assert_eq!(site.bring(&fine(&[9, 10]), Purpose::Now(0, NOTHING_BEHIND)), fine(&[9, 10]));
     assert_eq!(site.bytes(), full);
     assert!(frame.has(page(5)) && !site.present().has(page(5)));
     drop(frame);
-    assert_eq!(site.bring(&fine(&[9, 10]), Need::Now(0, NOTHING_BEHIND)), []);
+    assert_eq!(site.bring(&fine(&[9, 10]), Purpose::Now(0, NOTHING_BEHIND)), []);
     assert!(site.bytes() <= full && site.present().has(page(10)));
     assert_eq!(site.pages.paging().pages_evicted, 4);
 }
@@ -182,11 +182,11 @@ fn what_a_frame_holds_leaves_when_it_ends() {
 #[test]
 fn a_page_that_left_and_came_again_counts_once() {
     let site = Site::new(2 * page_bytes());
-    site.bring(&fine(&[5]), Need::Now(0, NOTHING_BEHIND));
+    site.bring(&fine(&[5]), Purpose::Now(0, NOTHING_BEHIND));
     let one = site.bytes();
     let frame = site.present();
     fine(&[5]).into_iter().for_each(|part| site.pages.evict_now(part));
-    assert_eq!(site.bring(&fine(&[5]), Need::Now(0, NOTHING_BEHIND)), []);
+    assert_eq!(site.bring(&fine(&[5]), Purpose::Now(0, NOTHING_BEHIND)), []);
     assert_eq!(site.bytes(), one);
     drop(frame);
     site.pages.let_go_all();
@@ -197,17 +197,17 @@ fn a_page_that_left_and_came_again_counts_once() {
 #[test]
 fn frames_far_ahead_make_room_behind_the_eye_only() {
     let site = Site::new(2 * page_bytes());
-    site.bring(&fine(&[5, 6]), Need::Now(0, NOTHING_BEHIND));
+    site.bring(&fine(&[5, 6]), Purpose::Now(0, NOTHING_BEHIND));
     let far = fine(&[9]);
-    assert_eq!(site.bring(&far, Need::Ahead(30, NOTHING_BEHIND)), far);
-    assert_eq!(site.bring(&far, Need::Ahead(30, &|id| id == page(6))), []);
+    assert_eq!(site.bring(&far, Purpose::Ahead(30, NOTHING_BEHIND)), far);
+    assert_eq!(site.bring(&far, Purpose::Ahead(30, &|id| id == page(6))), []);
     assert!(site.present().has(page(5)) && !site.present().has(page(6)));
     // What the next frame needs takes the room, but not from what it needs itself.
     site.pages.keep_for(1, &fine(&[9, 10]).into());
-    assert_eq!(site.bring(&fine(&[9, 10]), Need::Now(1, NOTHING_BEHIND)), []);
-    assert_eq!(site.bring(&fine(&[5]), Need::Now(1, NOTHING_BEHIND)), fine(&[5]));
+    assert_eq!(site.bring(&fine(&[9, 10]), Purpose::Now(1, NOTHING_BEHIND)), []);
+    assert_eq!(site.bring(&fine(&[5]), Purpose::Now(1, NOTHING_BEHIND)), fine(&[5]));
     site.pages.deliver(2);
-    assert_eq!(site.bring(&fine(&[5]), Need::Now(2, NOTHING_BEHIND)), []);
+    assert_eq!(site.bring(&fine(&[5]), Purpose::Now(2, NOTHING_BEHIND)), []);
 }
 
 #[test]

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{DMat3, DVec3, Vec3};
 
-use super::mesh::{Mesh, Point};
+use super::mesh::{Mesh, MeshHit};
 use super::model::Model;
 use super::shape::{Shape, Touch};
 use crate::earth::Curvature;
@@ -63,17 +63,17 @@ pub struct Body {
 
 /// Appearance of a form to one eye.
 #[derive(Debug, Clone)]
-pub(super) enum Sight {
+pub(super) enum SeenForm {
     Shape(Shape),
     Mesh(Arc<Mesh>),
 }
 
 /// A body as an eye finds it.
 #[derive(Debug, Clone)]
-pub(super) struct Placed {
+pub(super) struct PlacedBody {
     pub id: u32,
     pub albedo: Vec3,
-    pub sight: Sight,
+    pub sight: SeenForm,
     pub position: DVec3,
     pub body_from_world: DMat3,
     /// The eye, in its axes.
@@ -162,7 +162,7 @@ impl Body {
     }
 }
 
-impl Placed {
+impl PlacedBody {
     /// Places `body` as `eye` sees it, lowered by the Earth's curvature with the ground that it stands on: in one part, or a line in several.
     pub fn parts(body: &Body, eye: DVec3, footprint: Footprint, curvature: Curvature) -> Vec<Self> {
         let distance = (body.position - eye).truncate().length();
@@ -171,7 +171,7 @@ impl Placed {
         let place = |sight, corners, position, axes| {
             Self::new(body, eye, sight, corners, position, world_from_body * axes)
         };
-        let plain = |shape: Shape| (Sight::Shape(shape), shape.corners());
+        let plain = |shape: Shape| (SeenForm::Shape(shape), shape.corners());
 
         match &body.form {
             Form::Shape(shape) => {
@@ -183,7 +183,7 @@ impl Placed {
                 let distance = (position + world_from_body * (0.5 * (low + high)) - eye).length();
                 let mesh = model.at(model.size() / footprint.at(distance));
                 let seen =
-                    mesh.map(|mesh| place(Sight::Mesh(mesh.clone()), corners, position, DMat3::IDENTITY));
+                    mesh.map(|mesh| place(SeenForm::Mesh(mesh.clone()), corners, position, DMat3::IDENTITY));
                 seen.into_iter().collect()
             }
             Form::Point { width, pixels } => {
@@ -210,7 +210,7 @@ impl Placed {
     fn new(
         body: &Body,
         eye: DVec3,
-        sight: Sight,
+        sight: SeenForm,
         corners: [DVec3; 2],
         position: DVec3,
         world_from_body: DMat3,
@@ -235,13 +235,14 @@ impl Placed {
     pub fn touch(&self, line: &Line, footprint: Footprint) -> Option<(Touch, Vec3)> {
         let (origin, direction) = (self.origin(line), self.body_from_world * line.direction);
         let (range, normal, albedo) = match &self.sight {
-            Sight::Shape(shape) => {
+            SeenForm::Shape(shape) => {
                 let touch = shape.touch(origin, direction)?;
                 (touch.range, touch.normal, self.albedo)
             }
-            Sight::Mesh(mesh) => {
+            SeenForm::Mesh(mesh) => {
                 let metres = footprint.at((self.middle() - origin).length()) as f32;
-                let Point { range, triangle, weights, is_behind } = mesh.touch(origin, direction, metres)?;
+                let MeshHit { range, triangle, weights, is_behind } =
+                    mesh.touch(origin, direction, metres)?;
                 let triangle = mesh.triangle_at(triangle);
                 let normal = mesh.normal(triangle, weights, is_behind).as_dvec3();
                 (range, normal, mesh.colour(triangle, weights, metres, self.albedo))
@@ -287,7 +288,7 @@ impl Placed {
     /// Whether a ray may come nearer to it than `margin` metres, in front of its origin.
     pub fn is_near(&self, line: &Line, margin: f64) -> bool {
         let origin = self.origin(line);
-        if let Sight::Shape(shape) = &self.sight
+        if let SeenForm::Shape(shape) = &self.sight
             && let Some((grown, below)) = shape.grown(margin)
         {
             return grown.touch(origin + DVec3::Z * below, self.body_from_world * line.direction).is_some();
@@ -337,7 +338,7 @@ fn line_parts(eye: DVec3, forward: DVec3, line: [f64; 3], footprint: Footprint) 
 mod tests {
     use super::*;
 
-    fn tower(attitude: Attitude) -> Placed {
+    fn tower(attitude: Attitude) -> PlacedBody {
         let body = Body {
             id: 1,
             form: Shape::Box { size: DVec3::new(2.0, 10.0, 4.0) }.into(),
@@ -345,10 +346,10 @@ mod tests {
             attitude,
             albedo: Vec3::ONE,
         };
-        Placed::parts(&body, DVec3::ZERO, Footprint::Angle(1.0e-3), Curvature::FLAT).remove(0)
+        PlacedBody::parts(&body, DVec3::ZERO, Footprint::Angle(1.0e-3), Curvature::FLAT).remove(0)
     }
 
-    fn touch(placed: &Placed, origin: [f64; 3], direction: DVec3) -> Option<Touch> {
+    fn touch(placed: &PlacedBody, origin: [f64; 3], direction: DVec3) -> Option<Touch> {
         let line = Line { origin: Some(origin.into()), direction };
         placed.touch(&line, Footprint::Angle(1.0e-3)).map(|(touch, _)| touch)
     }
@@ -391,7 +392,7 @@ mod tests {
             albedo: Vec3::ONE,
         };
         let placed =
-            Placed::parts(&body, DVec3::ZERO, Footprint::Angle(1.0e-3), Curvature::standard()).remove(0);
+            PlacedBody::parts(&body, DVec3::ZERO, Footprint::Angle(1.0e-3), Curvature::standard()).remove(0);
         assert!((100.0 - placed.centre.z - Curvature::standard().drop_at(50_000.0)).abs() < 1e-9);
     }
 }

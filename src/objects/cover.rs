@@ -11,15 +11,15 @@ mod sun;
 use glam::{DVec2, DVec3, Vec3};
 
 use super::Shape;
-use super::body::Placed;
+use super::body::PlacedBody;
 use super::lens::{Lens, Line};
 use super::mesh::Basis;
-use super::pixel::Ground;
+use super::pixel::PixelGround;
 use crate::simd::{Floats, Kernel, LANES, Mask, Simd, Sixteen};
 
-pub(super) use alone::{FEW, Grounds, Middles, Rays, Row};
-pub(super) use meshes::{CountAll, Item, Patch, Probe};
-pub(super) use sun::{Beam, PLACES};
+pub(super) use alone::{FEW, Grounds, PixelMiddles, PixelRays, PixelRow};
+pub(super) use meshes::{CountAll, MeshItem, MeshPatch, Probe};
+pub(super) use sun::{PLACES, SunBeam};
 
 /// Rays of a pixel in which an edge may lie, and columns of their lattice from one row to the next: of all lattices of 96 points that with the most exact
 /// shares of half planes, 0.0051 off in the mean, half as much as 64 points of Hammersley's.
@@ -61,7 +61,7 @@ pub(super) struct Aim {
 
 /// Rays that see one face of a body, or nearly so.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Face {
+pub(super) struct SeenFace {
     /// Index of the body's aim.
     pub aim: usize,
     pub rays: u32,
@@ -77,9 +77,9 @@ pub(super) struct Face {
 pub(super) struct Count<'a> {
     pub aims: &'a [Aim],
     pub pencil: &'a Pencil,
-    pub ground: &'a Ground,
+    pub ground: &'a PixelGround,
     /// Output for the faces that are seen.
-    pub faces: &'a mut Vec<Face>,
+    pub faces: &'a mut Vec<SeenFace>,
 }
 
 /// Sixteen vectors.
@@ -87,7 +87,7 @@ type Lanes<F> = [F; 3];
 
 /// First hits of sixteen rays.
 #[derive(Clone, Copy)]
-struct Seen<V: Simd> {
+struct FirstHits<V: Simd> {
     /// Multiples of the direction.
     at: V::F,
     /// Index of the aim; −1: the ground, or the sky.
@@ -98,7 +98,7 @@ struct Seen<V: Simd> {
 }
 
 /// Stretches of rays inside of a shape.
-struct Inside<V: Simd> {
+struct InsideStretch<V: Simd> {
     /// Stretch inside its round or slanting side, and between its bounds above and below.
     side: [V::F; 2],
     caps: [V::F; 2],
@@ -125,14 +125,14 @@ impl Pencil {
     }
 
     /// Coordinates of the screen for a mesh in the place of `body`; `None`: the pencil has no width.
-    pub fn basis(&self, body: &Placed, middle: DVec3) -> Option<Basis> {
+    pub fn basis(&self, body: &PlacedBody, middle: DVec3) -> Option<Basis> {
         let turned = |vectors: [DVec3; 3]| vectors.map(|vector| body.body_from_world * vector);
         let [origin, right, down] = self.origin;
         Basis::new(turned([origin - body.position, right, down]), turned(self.direction), middle, body.radius)
     }
 
     /// Aims at a `shape` in the place of `body`.
-    pub fn aim(&self, body: &Placed, shape: Shape) -> Aim {
+    pub fn aim(&self, body: &PlacedBody, shape: Shape) -> Aim {
         let [middle, ..] = self.direction;
         let begin = (body.centre - self.origin[0]).dot(middle) / middle.length_squared();
         let [origin, direction] = [self.origin, self.direction];
@@ -171,7 +171,8 @@ impl Kernel for Count<'_> {
     fn run<V: Simd>(self, simd: V) {
         let Self { aims, pencil, ground, faces } = self;
         let zero = simd.splat(0.0);
-        let mut batches = [Seen::<V> { at: zero, aim: zero, normal: [zero; 3], metres: zero }; RAYS / LANES];
+        let mut batches =
+            [FirstHits::<V> { at: zero, aim: zero, normal: [zero; 3], metres: zero }; RAYS / LANES];
         for (batch, seen) in batches.iter_mut().enumerate() {
             let [x, y] = &ALL[batch];
             let offsets = [simd.load(x), simd.load(y)];
@@ -188,7 +189,7 @@ impl Kernel for Count<'_> {
 
 /// Begins sixteen rays, which see nothing but the ground as yet.
 #[inline(always)]
-fn begin_rays<V: Simd>(simd: V, pencil: &Pencil, ground: &Ground, offsets: [V::F; 2]) -> Seen<V> {
+fn begin_rays<V: Simd>(simd: V, pencil: &Pencil, ground: &PixelGround, offsets: [V::F; 2]) -> FirstHits<V> {
     let zero = simd.splat(0.0);
     let direction = pencil.direction.map(DVec3::as_vec3);
     let direction = spread(simd, &direction, offsets);
@@ -198,12 +199,18 @@ fn begin_rays<V: Simd>(simd: V, pencil: &Pencil, ground: &Ground, offsets: [V::F
         offsets[0].mul_add(simd.splat(ground.slope[0]), simd.splat(ground.inverse)),
     );
     let behind = (inverse * metres).max(simd.splat(1.0 / FAR)).recip();
-    Seen { at: behind, aim: simd.splat(-1.0), normal: [zero; 3], metres }
+    FirstHits { at: behind, aim: simd.splat(-1.0), normal: [zero; 3], metres }
 }
 
 /// Puts what rays see of a body into two faces at most: one of the first ray that meets it, and one of all others.
 #[inline(always)]
-fn count_faces<V: Simd>(simd: V, aim: usize, albedo: Vec3, batches: &[Seen<V>], faces: &mut Vec<Face>) {
+fn count_faces<V: Simd>(
+    simd: V,
+    aim: usize,
+    albedo: Vec3,
+    batches: &[FirstHits<V>],
+    faces: &mut Vec<SeenFace>,
+) {
     let own = simd.splat(aim as f32);
     let mut first = None;
     for seen in batches {
@@ -233,14 +240,14 @@ fn count_faces<V: Simd>(simd: V, aim: usize, albedo: Vec3, batches: &[Seen<V>], 
         if rays > 0 {
             let [x, y, z, range] = sums;
             let normal = Vec3::new(total(x), total(y), total(z)) / rays as f32;
-            faces.push(Face { aim, rays, normal, range: total(range) / rays as f32, albedo });
+            faces.push(SeenFace { aim, rays, normal, range: total(range) / rays as f32, albedo });
         }
     }
 }
 
 /// Rays that see the body of an aim.
 #[inline(always)]
-fn is_of<V: Simd>(seen: &Seen<V>, aim: V::F) -> V::M {
+fn is_of<V: Simd>(seen: &FirstHits<V>, aim: V::F) -> V::M {
     seen.aim.le(aim) & aim.le(seen.aim)
 }
 
@@ -319,7 +326,7 @@ fn between<V: Simd>(simd: V, at: V::F, speed: V::F, low: f32, high: f32) -> [V::
 
 /// Finds the stretches of sixteen rays in a shape.
 #[inline(always)]
-fn inside<V: Simd>(simd: V, shape: &Shape, origin: Lanes<V::F>, direction: Lanes<V::F>) -> Inside<V> {
+fn inside<V: Simd>(simd: V, shape: &Shape, origin: Lanes<V::F>, direction: Lanes<V::F>) -> InsideStretch<V> {
     let all = [simd.splat(-FAR), simd.splat(FAR)];
     let always = simd.mask(u16::MAX);
     match *shape {
@@ -332,7 +339,7 @@ fn inside<V: Simd>(simd: V, shape: &Shape, origin: Lanes<V::F>, direction: Lanes
                 dot::<V>(origin, direction),
                 dot::<V>(origin, origin) - simd.splat(1.0),
             );
-            Inside { side, caps: all, meets }
+            InsideStretch { side, caps: all, meets }
         }
         Shape::Box { size } => {
             let half = (0.5 * size).as_vec3();
@@ -340,7 +347,7 @@ fn inside<V: Simd>(simd: V, shape: &Shape, origin: Lanes<V::F>, direction: Lanes
             let y = between(simd, origin[1], direction[1], -half.y, half.y);
             let side = [x[0].max(y[0]), x[1].min(y[1])];
             let caps = between(simd, origin[2], direction[2], 0.0, size.z as f32);
-            Inside { side, caps, meets: always }
+            InsideStretch { side, caps, meets: always }
         }
         Shape::Cylinder { radius, height } => {
             let (side, meets) = roots(
@@ -350,7 +357,7 @@ fn inside<V: Simd>(simd: V, shape: &Shape, origin: Lanes<V::F>, direction: Lanes
                 flat::<V>(origin, origin) - simd.splat((radius * radius) as f32),
             );
             let caps = between(simd, origin[2], direction[2], 0.0, height as f32);
-            Inside { side, caps, meets }
+            InsideStretch { side, caps, meets }
         }
         Shape::Cone { radius, height } => {
             let slope = simd.splat((radius / height * (radius / height)) as f32);
@@ -368,13 +375,13 @@ fn inside<V: Simd>(simd: V, shape: &Shape, origin: Lanes<V::F>, direction: Lanes
             let side = [steep[0].select(is_steep, low), steep[1].select(is_steep, high)];
             let caps = between(simd, origin[2], direction[2], 0.0, height as f32);
 
-            Inside { side, caps, meets }
+            InsideStretch { side, caps, meets }
         }
         Shape::Disc { radius } => {
             let at = (simd.splat(0.0) - origin[2]) * not_zero(simd, direction[2]).recip();
             let point = along(origin, direction, at);
             let meets = flat::<V>(point, point).le(simd.splat((radius * radius) as f32));
-            Inside { side: all, caps: [at; 2], meets }
+            InsideStretch { side: all, caps: [at; 2], meets }
         }
     }
 }
@@ -382,10 +389,10 @@ fn inside<V: Simd>(simd: V, shape: &Shape, origin: Lanes<V::F>, direction: Lanes
 impl Aim {
     /// Keeps what of the body lies before what sixteen rays have `seen` so far.
     #[inline(always)]
-    fn look<V: Simd>(&self, simd: V, index: usize, offsets: [V::F; 2], seen: &mut Seen<V>) {
+    fn look<V: Simd>(&self, simd: V, index: usize, offsets: [V::F; 2], seen: &mut FirstHits<V>) {
         let origin = spread(simd, &self.origin, offsets);
         let direction = spread(simd, &self.direction, offsets);
-        let Inside { side, caps, meets } = inside(simd, &self.shape, origin, direction);
+        let InsideStretch { side, caps, meets } = inside(simd, &self.shape, origin, direction);
         let (enter, leave) = (side[0].max(caps[0]), side[1].min(caps[1]));
         let begin = simd.splat(-self.begin);
         let starts_outside = begin.le(enter);

@@ -90,7 +90,7 @@ impl Glint {
 
     /// Adds its light to that of a square of the screen.
     #[inline(always)]
-    pub fn add<V: Simd>(&self, simd: V, glow: &mut Glow) {
+    pub fn add<V: Simd>(&self, simd: V, glow: &mut GlowSums) {
         let place = self.position - Vec2::new(glow.corner[0] as f32, glow.corner[1] as f32);
         let [columns, rows] = [place.x, place.y].map(|at| {
             // A float converts saturating.
@@ -134,7 +134,7 @@ impl Glint {
 
 /// Light of points in a square of the screen, as it is added up.
 #[derive(Debug)]
-pub struct Glow {
+pub struct GlowSums {
     /// The square's first column and row.
     corner: [usize; 2],
     /// Sums by row, part of a row, and channel.
@@ -143,7 +143,7 @@ pub struct Glow {
     rows: Range<usize>,
 }
 
-impl Glow {
+impl GlowSums {
     /// None, of the square of [`SQUARE`] columns and rows that begins at `corner`.
     pub fn none(corner: [usize; 2]) -> Self {
         Self { corner, sums: vec![Default::default(); SQUARE * PARTS], rows: 0..0 }
@@ -183,7 +183,7 @@ mod tests {
         #[inline(always)]
         fn run<V: Simd>(self, simd: V) -> Vec<Vec3> {
             let mut screen = vec![Vec3::ZERO; SIZE[0] * SIZE[1]];
-            let mut glow = Glow::none([0, 0]);
+            let mut glow = GlowSums::none([0, 0]);
             for top in (0..SIZE[1]).step_by(SQUARE) {
                 for left in (0..SIZE[0]).step_by(SQUARE) {
                     glow.begin([left, top]);

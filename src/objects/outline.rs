@@ -11,7 +11,7 @@ use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
 
-use super::body::Placed;
+use super::body::PlacedBody;
 use super::lens::Lens;
 use super::shape::Shape;
 
@@ -28,14 +28,14 @@ const BESIDE: f64 = 1.0e-6;
 
 /// Ring of points, of the area of its circle.
 #[derive(Clone, Copy)]
-struct Ring {
+struct OutlineRing {
     points: f64,
     /// Middle, and two half axes.
     middle: DVec3,
     axes: [DVec3; 2],
 }
 
-impl Ring {
+impl OutlineRing {
     fn level(radius: f64, height: f64, points: f64) -> Self {
         Self { points, middle: DVec3::Z * height, axes: [DVec3::X * radius, DVec3::Y * radius] }
     }
@@ -77,10 +77,10 @@ fn rim(shape: &Shape, eye: DVec3, radius: f64, points: &mut Vec<DVec3>) {
                 let (right, up) = (eye / square.sqrt()).any_orthonormal_pair();
                 let half = (1.0 - 1.0 / square).sqrt();
                 let axes = [right, up].map(|axis| axis * half * radii);
-                Ring { points: count, middle: eye / square * radii, axes }.all(points);
+                OutlineRing { points: count, middle: eye / square * radii, axes }.all(points);
             }
         }
-        Shape::Disc { radius } => Ring::level(radius, 0.0, count).all(points),
+        Shape::Disc { radius } => OutlineRing::level(radius, 0.0, count).all(points),
         Shape::Box { size } => {
             let corner = |index: usize| {
                 let side = |axis: usize| if index >> axis & 1 == 1 { 0.5 } else { -0.5 };
@@ -89,7 +89,7 @@ fn rim(shape: &Shape, eye: DVec3, radius: f64, points: &mut Vec<DVec3>) {
             points.extend((0..8).map(corner));
         }
         Shape::Cylinder { radius, height } => {
-            let [lower, upper] = [0.0, height].map(|height| Ring::level(radius, height, count));
+            let [lower, upper] = [0.0, height].map(|height| OutlineRing::level(radius, height, count));
             if distance <= radius {
                 (if eye.z > 0.0 { upper } else { lower }).all(points);
             } else {
@@ -101,7 +101,7 @@ fn rim(shape: &Shape, eye: DVec3, radius: f64, points: &mut Vec<DVec3>) {
             }
         }
         Shape::Cone { radius, height } => {
-            let base = Ring::level(radius, 0.0, count);
+            let base = OutlineRing::level(radius, 0.0, count);
             let cosine = radius * (height - eye.z) / (height * distance);
             if cosine.abs() < 1.0 {
                 base.side(towards, cosine.acos(), eye.z > 0.0, points);
@@ -156,7 +156,7 @@ pub(super) struct Outline {
 
 impl Outline {
     /// Finds the outline of a `shape` in the place of `body`; false: part of it is beside or behind the eye, or the screen is not planar.
-    pub fn find(&mut self, lens: &Lens<'_>, body: &Placed, shape: &Shape) -> bool {
+    pub fn find(&mut self, lens: &Lens<'_>, body: &PlacedBody, shape: &Shape) -> bool {
         let Some(screen_from_world) = lens.projection() else { return false };
         let (eye, offset) = (lens.camera.pose.eye, body.position - lens.camera.pose.eye);
         let pixels = body.radius / lens.camera.footprint().at((body.centre - eye).length());
@@ -234,7 +234,7 @@ mod tests {
             let position = eye + ahead * distance + aside;
             let camera = Camera::new(Pose { eye, attitude: view, hfov: 60.0 }, 200, 160);
             let body = Body { id: 0, form: shape.into(), position, attitude, albedo: Vec3::ONE };
-            let placed = Placed::parts(&body, eye, camera.footprint(), Curvature::FLAT).remove(0);
+            let placed = PlacedBody::parts(&body, eye, camera.footprint(), Curvature::FLAT).remove(0);
             let lens = Lens::new(&camera);
             assert!(outline.find(&lens, &placed, &shape), "{turn}, {shape:?}");
             let points = &outline.points;
@@ -277,7 +277,7 @@ mod tests {
                 attitude: Attitude::default(),
                 albedo: Vec3::ONE,
             };
-            let placed = Placed::parts(&body, DVec3::ZERO, camera.footprint(), Curvature::FLAT).remove(0);
+            let placed = PlacedBody::parts(&body, DVec3::ZERO, camera.footprint(), Curvature::FLAT).remove(0);
             assert!(!outline.find(&Lens::new(&camera), &placed, &shape), "{shape:?}");
         }
     }

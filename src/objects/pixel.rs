@@ -3,15 +3,15 @@
 mod meshes;
 mod shares;
 
-pub use shares::Share;
+pub use shares::BodyShare;
 
 use glam::{DVec2, Vec3};
 
-use super::body::{Placed, Sight};
-use super::cover::{Aim, Count, Face, ONE_FACE, Pencil, RAYS};
+use super::body::{PlacedBody, SeenForm};
+use super::cover::{Aim, Count, ONE_FACE, Pencil, RAYS, SeenFace};
 use super::plot::Plot;
 use super::sheet::Sheets;
-use super::view::{Hit, Shown, Square, nearest};
+use super::view::{Hit, ShownBody, Square, nearest};
 use crate::simd::Isa;
 use crate::space::Ray;
 
@@ -28,7 +28,7 @@ const HALF_DIAGONAL: f64 = 0.8;
 /// The ground in a pixel, as a plane.
 #[derive(Debug, Clone, Copy, Default, bytemuck::Zeroable)]
 #[repr(C)]
-pub struct Ground {
+pub struct PixelGround {
     /// One over its range in the middle of the pixel, 1/metres; 0: sky.
     pub inverse: f32,
     /// Growth of that per pixel to the right, and per pixel down.
@@ -46,7 +46,7 @@ pub struct Seen {
     pub hit: Hit,
 }
 
-impl Ground {
+impl PixelGround {
     /// One over its range, so many pixels to the right of the middle, and below it.
     pub fn at(&self, offset: DVec2) -> f64 {
         let [across, along] = self.slope.map(f64::from);
@@ -77,7 +77,7 @@ impl Square<'_> {
     pub fn look(
         &self,
         isa: Isa,
-        ground: impl Fn(usize, usize) -> Ground,
+        ground: impl Fn(usize, usize) -> PixelGround,
         shade: impl Fn(&Hit, &Ray) -> Vec3,
         mut put: impl FnMut(usize, usize, &Seen),
     ) {
@@ -88,7 +88,7 @@ impl Square<'_> {
     fn each(
         &self,
         isa: Isa,
-        ground: impl Fn(usize, usize) -> Ground,
+        ground: impl Fn(usize, usize) -> PixelGround,
         shade: impl Fn(&Hit, &Ray) -> Vec3,
         mut put: impl FnMut(usize, usize, &Seen, Option<&Looking<'_>>),
     ) {
@@ -116,15 +116,15 @@ impl Square<'_> {
 struct Looking<'v> {
     square: &'v Square<'v>,
     /// Bodies that may be in the row, by id.
-    row: Vec<&'v Shown>,
+    row: Vec<&'v ShownBody>,
     /// Bodies that the pixel's ray comes near.
-    near: Vec<&'v Placed>,
+    near: Vec<&'v PlacedBody>,
     /// Hits at the pixels' corners, row by row, as far as they were asked for.
     corners: Vec<Option<Option<Hit>>>,
     isa: Isa,
     /// Memory for what rays see.
     aims: Vec<Aim>,
-    faces: Vec<Face>,
+    faces: Vec<SeenFace>,
     sheets: Sheets,
 }
 
@@ -158,7 +158,7 @@ impl<'v> Looking<'v> {
         &mut self,
         column: usize,
         row: usize,
-        ground: impl FnOnce() -> Ground,
+        ground: impl FnOnce() -> PixelGround,
         shade: impl Fn(&Hit, &Ray) -> Vec3,
     ) -> Option<Seen> {
         self.faces.clear();
@@ -170,9 +170,9 @@ impl<'v> Looking<'v> {
         let (lens, place) = (self.square.lens, DVec2::new(column as f64, row as f64) + 0.5);
         let middle = lens.line(place)?;
         let (origin, footprint) = (middle.origin(lens.camera), lens.camera.footprint());
-        let distance = |body: &Placed| (body.centre - origin).length();
+        let distance = |body: &PlacedBody| (body.centre - origin).length();
 
-        let is_near = |body: &Placed| {
+        let is_near = |body: &PlacedBody| {
             let distance = distance(body);
             // Hidden, whatever of it the pixel holds.
             let hides = (distance - body.radius) * ground.least() > 1.0;
@@ -181,7 +181,7 @@ impl<'v> Looking<'v> {
         let in_column = self.row.iter().filter(|body| body.columns.contains(&column));
         self.near.clear();
         self.near.extend(in_column.map(|body| &body.placed).filter(|body| is_near(body)));
-        if self.near.iter().any(|body| matches!(body.sight, Sight::Mesh(_)))
+        if self.near.iter().any(|body| matches!(body.sight, SeenForm::Mesh(_)))
             && let Some(seen) = self.with_meshes(place, &middle, &ground, &shade)
         {
             return seen;
@@ -191,10 +191,10 @@ impl<'v> Looking<'v> {
         }
 
         let shown = |(hit, offset): (Hit, DVec2)| ground.shows(&hit, offset).then_some(hit);
-        let look = |near: &[&Placed]| {
+        let look = |near: &[&PlacedBody]| {
             nearest(near.iter().copied(), &middle, footprint).map(|hit| (hit, DVec2::ZERO)).and_then(shown)
         };
-        let pixels = |body: &Placed, metres: f64| metres / footprint.at(distance(body) + body.radius);
+        let pixels = |body: &PlacedBody, metres: f64| metres / footprint.at(distance(body) + body.radius);
 
         // Of small bodies nearly all pixels have an edge.
         if self.near.iter().any(|body| pixels(body, body.radius) >= SMALL) {
@@ -205,7 +205,7 @@ impl<'v> Looking<'v> {
             {
                 return Some(Seen { share: 1.0, colour: shade(&hit, &lens.ray(&middle)), hit });
             }
-            let is_thick = |body: &&Placed| pixels(body, body.thickness) >= THICK;
+            let is_thick = |body: &&PlacedBody| pixels(body, body.thickness) >= THICK;
             if centre.is_none() && corners.iter().all(Option::is_none) && self.near.iter().all(is_thick) {
                 return None;
             }
@@ -219,13 +219,18 @@ impl<'v> Looking<'v> {
     }
 
     /// Looks at a pixel with all rays.
-    fn shares(&mut self, middle: DVec2, ground: &Ground, shade: impl Fn(&Hit, &Ray) -> Vec3) -> Option<Seen> {
+    fn shares(
+        &mut self,
+        middle: DVec2,
+        ground: &PixelGround,
+        shade: impl Fn(&Hit, &Ray) -> Vec3,
+    ) -> Option<Seen> {
         let lens = self.square.lens;
         let pencil = Pencil::new(&lens, middle)?;
         self.aims.clear();
         let aims = self.near.iter().filter_map(|body| match body.sight {
-            Sight::Shape(shape) => Some(pencil.aim(body, shape)),
-            Sight::Mesh(_) => None,
+            SeenForm::Shape(shape) => Some(pencil.aim(body, shape)),
+            SeenForm::Mesh(_) => None,
         });
         self.aims.extend(aims);
         self.faces.clear();
@@ -237,7 +242,7 @@ impl<'v> Looking<'v> {
     /// Sums the light of the faces.
     fn sum(&self, ray: &Ray, shade: impl Fn(&Hit, &Ray) -> Vec3) -> Option<Seen> {
         let each = 1.0 / RAYS as f32;
-        let hit = |face: &Face| Hit {
+        let hit = |face: &SeenFace| Hit {
             id: self.near[face.aim].id,
             range: f64::from(face.range),
             normal: face.normal,
@@ -270,7 +275,7 @@ impl<'v> Looking<'v> {
             return known;
         }
         let touches = |range: &std::ops::Range<usize>, at: usize| range.start <= at && at <= range.end;
-        let about = |body: &&&Shown| touches(&body.columns, column) && touches(&body.rows, row);
+        let about = |body: &&&ShownBody| touches(&body.columns, column) && touches(&body.rows, row);
         let placed = bodies.iter().filter(about).map(|body| &body.placed);
         let hit = lens
             .line(DVec2::new(column as f64, row as f64))

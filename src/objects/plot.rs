@@ -13,12 +13,12 @@ use std::ops::Range;
 
 use glam::{DVec2, Vec3};
 
-use super::body::{Placed, Sight};
-use super::cover::{ALL, Aim, FEW, Face, Grounds, Middles, Pencil, Rays, Row};
+use super::body::{PlacedBody, SeenForm};
+use super::cover::{ALL, Aim, FEW, Grounds, Pencil, PixelMiddles, PixelRays, PixelRow, SeenFace};
 use super::coverage::{Coverage, clip};
 use super::outline::Outline;
-use super::pixel::{Ground, Seen};
-use super::view::{Hit, SQUARE, Shown, Square};
+use super::pixel::{PixelGround, Seen};
+use super::view::{Hit, SQUARE, ShownBody, Square};
 use crate::simd::{Isa, LANES};
 use crate::space::Ray;
 
@@ -31,9 +31,9 @@ const WAYS: [f64; 2] = [0.45, 0.85];
 /// Owner of a pixel: nobody, a body by its index, or it is left to be looked at ray by ray. A number, since squares have many, of which few are claimed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, bytemuck::Zeroable)]
 #[repr(transparent)]
-struct Claim(u32);
+struct PixelClaim(u32);
 
-impl Claim {
+impl PixelClaim {
     const FREE: Self = Self(0);
     const LEFT: Self = Self(u32::MAX);
 
@@ -48,8 +48,8 @@ impl Claim {
 }
 
 /// Sixteen pixels of a row, the first of which is a body's own.
-struct Run<'p> {
-    place: &'p Place,
+struct PixelRun<'p> {
+    place: &'p ClaimedPixels,
     /// Number of the first pixel in the square.
     first: usize,
     /// Offset of its middle, pixels from that of the square.
@@ -58,7 +58,7 @@ struct Run<'p> {
 
 /// Pixels that a body claimed.
 #[derive(Debug, Clone)]
-struct Place {
+struct ClaimedPixels {
     body: usize,
     /// Rows of the square.
     rows: Range<usize>,
@@ -71,15 +71,15 @@ struct Place {
 pub(super) struct Plot<'v> {
     square: &'v Square<'v>,
     isa: Isa,
-    places: Vec<Place>,
-    claims: Vec<Claim>,
+    places: Vec<ClaimedPixels>,
+    claims: Vec<PixelClaim>,
     shares: Vec<f32>,
-    grounds: Vec<Ground>,
+    grounds: Vec<PixelGround>,
     coverage: Coverage,
     outline: Outline,
     /// Points of all outlines, pixels from the square's upper left corner.
     points: Vec<DVec2>,
-    faces: Vec<Face>,
+    faces: Vec<SeenFace>,
     /// Part of an outline within the pixel, as reused memory.
     part: Vec<DVec2>,
     spare: Vec<DVec2>,
@@ -87,7 +87,7 @@ pub(super) struct Plot<'v> {
 
 impl<'v> Plot<'v> {
     /// Finds out who is alone in which pixels before what `ground` says of a column and row.
-    pub fn new(square: &'v Square<'v>, isa: Isa, ground: impl Fn(usize, usize) -> Ground) -> Self {
+    pub fn new(square: &'v Square<'v>, isa: Isa, ground: impl Fn(usize, usize) -> PixelGround) -> Self {
         let pixels = SQUARE * square.rows.len();
         let mut plot = Self {
             square,
@@ -106,8 +106,8 @@ impl<'v> Plot<'v> {
 
         for (index, shown) in square.bodies.iter().enumerate() {
             let is_plain = match &shown.placed.sight {
-                Sight::Shape(shape) => plot.outline.find(&square.lens, &shown.placed, shape),
-                Sight::Mesh(_) => false,
+                SeenForm::Shape(shape) => plot.outline.find(&square.lens, &shown.placed, shape),
+                SeenForm::Mesh(_) => false,
             };
             if is_plain {
                 plot.claim(index, shown, &ground);
@@ -122,23 +122,23 @@ impl<'v> Plot<'v> {
     /// Whether a pixel of the screen is to be looked at ray by ray.
     pub fn is_left(&self, column: usize, row: usize) -> bool {
         let Square { columns, rows, .. } = self.square;
-        self.claims[(row - rows.start) * SQUARE + column - columns.start] == Claim::LEFT
+        self.claims[(row - rows.start) * SQUARE + column - columns.start] == PixelClaim::LEFT
     }
 
     /// Whether some are.
     pub fn has_left(&self) -> bool {
-        self.claims.contains(&Claim::LEFT)
+        self.claims.contains(&PixelClaim::LEFT)
     }
 
     /// Claims what a body's outline has a share in.
-    fn claim(&mut self, index: usize, shown: &Shown, ground: &impl Fn(usize, usize) -> Ground) {
+    fn claim(&mut self, index: usize, shown: &ShownBody, ground: &impl Fn(usize, usize) -> PixelGround) {
         let Square { lens, bodies, columns, rows } = self.square;
         let corner = DVec2::new(columns.start as f64, rows.start as f64);
         let first = self.points.len();
         self.points.extend(self.outline.points.iter().map(|point| *point - corner));
         let touched = self.coverage.put(&self.points[first..]);
         let eye = lens.camera.pose.eye;
-        let ends = |placed: &Placed| {
+        let ends = |placed: &PlacedBody| {
             let distance = (placed.centre - eye).length();
             [distance - placed.radius, distance + placed.radius]
         };
@@ -153,11 +153,11 @@ impl<'v> Plot<'v> {
 
                 let pixel = row * SQUARE + column;
                 let claim = &mut self.claims[pixel];
-                if *claim == Claim::LEFT {
+                if *claim == PixelClaim::LEFT {
                     continue;
                 }
 
-                if *claim == Claim::FREE {
+                if *claim == PixelClaim::FREE {
                     self.grounds[pixel] = ground(columns.start + column, rows.start + row);
                 }
                 if nearest * self.grounds[pixel].least() > 1.0 {
@@ -166,7 +166,7 @@ impl<'v> Plot<'v> {
 
                 match claim.body() {
                     None => {
-                        *claim = Claim::by(index);
+                        *claim = PixelClaim::by(index);
                         self.shares[pixel] = share;
                         own = Some(own.map_or(row, |own| own.start)..row + 1);
                     }
@@ -178,11 +178,11 @@ impl<'v> Plot<'v> {
                         let [other_nearest, other_farthest] = ends(&bodies[other].placed);
                         // Of two bodies nothing is seen of the farther one where the nearer one fills the pixel.
                         if share > 1.0 - LEAST && farthest < other_nearest {
-                            *claim = Claim::by(index);
+                            *claim = PixelClaim::by(index);
                             self.shares[pixel] = share;
                             own = Some(own.map_or(row, |own| own.start)..row + 1);
                         } else if self.shares[pixel] <= 1.0 - LEAST || other_farthest > nearest {
-                            *claim = Claim::LEFT;
+                            *claim = PixelClaim::LEFT;
                         }
                     }
                 }
@@ -190,13 +190,15 @@ impl<'v> Plot<'v> {
         }
 
         match own {
-            Some(rows) => self.places.push(Place { body: index, rows, points: first..self.points.len() }),
+            Some(rows) => {
+                self.places.push(ClaimedPixels { body: index, rows, points: first..self.points.len() })
+            }
             None => self.points.truncate(first),
         }
     }
 
     /// Leaves all pixels in which a body may be.
-    fn leave(&mut self, shown: &Shown) {
+    fn leave(&mut self, shown: &ShownBody) {
         let Square { columns, rows, .. } = self.square;
         let within = |range: &Range<usize>, all: &Range<usize>| {
             range.start.max(all.start) - all.start..range.end.min(all.end).max(all.start) - all.start
@@ -204,7 +206,7 @@ impl<'v> Plot<'v> {
         let columns = within(&shown.columns, columns);
         for row in within(&shown.rows, rows) {
             if columns.start < columns.end {
-                self.claims[row * SQUARE + columns.start..row * SQUARE + columns.end].fill(Claim::LEFT);
+                self.claims[row * SQUARE + columns.start..row * SQUARE + columns.end].fill(PixelClaim::LEFT);
             }
         }
     }
@@ -224,14 +226,14 @@ impl<'v> Plot<'v> {
 
         for place in std::mem::take(&mut self.places) {
             let placed = &bodies[place.body].placed;
-            let Sight::Shape(shape) = placed.sight else { continue };
+            let SeenForm::Shape(shape) = placed.sight else { continue };
             let aim = pencil.aim(placed, shape);
             for row in place.rows.clone() {
                 let mut first = 0;
                 while let Some(skipped) = self.next_of(place.body, row, first) {
                     first += skipped;
                     let offset = [first as f32 + 0.5 - half(columns), row as f32 + 0.5 - half(rows)];
-                    let run = Run { place: &place, first: row * SQUARE + first, offset };
+                    let run = PixelRun { place: &place, first: row * SQUARE + first, offset };
                     let (own, middles) = self.middles(&aim, &run, columns.len() - first);
 
                     for lane in (0..LANES).filter(|lane| own >> lane & 1 == 1) {
@@ -255,27 +257,27 @@ impl<'v> Plot<'v> {
     fn next_of(&self, body: usize, row: usize, first: usize) -> Option<usize> {
         let end = self.square.columns.len();
         let line = self.claims.get(row * SQUARE + first.min(end)..row * SQUARE + end)?;
-        line.iter().position(|claim| *claim == Claim::by(body))
+        line.iter().position(|claim| *claim == PixelClaim::by(body))
     }
 
     /// Returns what middles and corners of a run see, and which of its pixels, `width` at most, are the body's, bit by bit.
-    fn middles(&self, aim: &Aim, run: &Run<'_>, width: usize) -> (u16, Middles) {
-        let (mut ground, mut middles) = (Grounds::default(), Middles::default());
+    fn middles(&self, aim: &Aim, run: &PixelRun<'_>, width: usize) -> (u16, PixelMiddles) {
+        let (mut ground, mut middles) = (Grounds::default(), PixelMiddles::default());
         let mut columns = [0.0; LANES];
         let (mut own, mut corners) = (0, false);
         for (lane, offset) in columns.iter_mut().enumerate() {
             *offset = run.offset[0] + lane as f32;
             let pixel = run.first + lane;
-            if lane < width && self.claims[pixel] == Claim::by(run.place.body) {
+            if lane < width && self.claims[pixel] == PixelClaim::by(run.place.body) {
                 own |= 1 << lane;
                 corners |= self.shares[pixel] > 1.0 - LEAST;
-                let Ground { inverse, slope } = self.grounds[pixel];
+                let PixelGround { inverse, slope } = self.grounds[pixel];
                 ground.inverse[lane] = inverse;
                 (ground.slope[0][lane], ground.slope[1][lane]) = (slope[0], slope[1]);
             }
         }
         let (columns, row) = (&columns, run.offset[1]);
-        self.isa.run(Row { aim, columns, row, ground: &ground, corners, middles: &mut middles });
+        self.isa.run(PixelRow { aim, columns, row, ground: &ground, corners, middles: &mut middles });
         (own, middles)
     }
 
@@ -283,10 +285,10 @@ impl<'v> Plot<'v> {
     fn pixel(
         &mut self,
         aim: &Aim,
-        run: &Run<'_>,
+        run: &PixelRun<'_>,
         lane: usize,
-        placed: &Placed,
-        middles: &Middles,
+        placed: &PlacedBody,
+        middles: &PixelMiddles,
         shade: impl Fn(&Hit) -> Vec3,
     ) -> Option<Seen> {
         let (id, albedo) = (placed.id, placed.albedo);
@@ -300,7 +302,7 @@ impl<'v> Plot<'v> {
             return Some(Seen { share: 1.0, colour: shade(&middle), hit: middle });
         }
         let each = self.faces_of(aim, run, lane);
-        let hit = |face: &Face| Hit { id, range: f64::from(face.range), normal: face.normal, albedo };
+        let hit = |face: &SeenFace| Hit { id, range: f64::from(face.range), normal: face.normal, albedo };
         let colour = self.faces.iter().map(|face| shade(&hit(face)) * (face.rays as f32 * each)).sum();
         let most = self.faces.iter().reduce(|most, face| if face.rays > most.rays { face } else { most })?;
         let normal = most.normal.try_normalize().unwrap_or(Vec3::Z);
@@ -310,12 +312,12 @@ impl<'v> Plot<'v> {
     }
 
     /// Finds the faces that a pixel with an edge sees before the ground; the share of each of their rays.
-    fn faces_of(&mut self, aim: &Aim, run: &Run<'_>, lane: usize) -> f32 {
+    fn faces_of(&mut self, aim: &Aim, run: &PixelRun<'_>, lane: usize) -> f32 {
         let middle = [run.offset[0] + lane as f32, run.offset[1]];
         let ground = &self.grounds[run.first + lane];
         let faces = &mut self.faces;
         faces.clear();
-        let mut met = self.isa.run(Rays { aim, rays: &FEW, middle, ground, faces });
+        let mut met = self.isa.run(PixelRays { aim, rays: &FEW, middle, ground, faces });
 
         if met.all == 0 {
             let size = [&self.square.columns, &self.square.rows].map(|range| range.len() as f32);
@@ -332,7 +334,7 @@ impl<'v> Plot<'v> {
             }
 
             faces.clear();
-            met = self.isa.run(Rays { aim, rays: &rays, middle, ground, faces });
+            met = self.isa.run(PixelRays { aim, rays: &rays, middle, ground, faces });
         }
 
         if met.before == met.all || met.behind == met.all {
@@ -340,7 +342,7 @@ impl<'v> Plot<'v> {
         }
 
         faces.clear();
-        self.isa.run(Rays { aim, rays: &ALL, middle, ground, faces });
+        self.isa.run(PixelRays { aim, rays: &ALL, middle, ground, faces });
         1.0 / (ALL.len() * LANES) as f32
     }
 }

@@ -11,7 +11,7 @@ use std::sync::OnceLock;
 
 use glam::{DMat3, DVec2, DVec3};
 
-use super::cover::{Beam, PLACES};
+use super::cover::{PLACES, SunBeam};
 use super::{Body, Form, Shape};
 use crate::earth::Curvature;
 use crate::simd::{Isa, LANES};
@@ -71,7 +71,7 @@ pub struct Caster {
 
 /// Surface within a pixel.
 #[derive(Debug, Clone, Copy)]
-pub struct Patch {
+pub struct LitPatch {
     /// Metres in the world.
     pub middle: DVec3,
     /// Step from its middle to half a pixel to the right, and down, metres.
@@ -80,7 +80,7 @@ pub struct Patch {
     pub down: DVec3,
 }
 
-impl Patch {
+impl LitPatch {
     /// A point of a body, where a pixel is so many metres wide, a little above its surface.
     pub fn above(point: DVec3, normal: DVec3, pixel: f64) -> Self {
         Self { middle: point + normal * (STEP * pixel), right: DVec3::ZERO, down: DVec3::ZERO }
@@ -128,7 +128,7 @@ impl Casters {
 
     /// Share of the sun's disc, 0…1, that others, or other parts of it, leave to a patch of a body. What is convex hides nothing from itself that Lambert's law
     /// does not.
-    pub fn share_of_body(&self, own: &Caster, patch: &Patch) -> f32 {
+    pub fn share_of_body(&self, own: &Caster, patch: &LitPatch) -> f32 {
         let above = own.above.get_or_init(|| {
             let bounds = Bounds::at(own.place, own.radius);
             self.between(&bounds)
@@ -148,11 +148,11 @@ impl Casters {
     }
 
     /// Share of the sun's disc, 0…1, that bodies `among` them leave to a patch.
-    pub fn share(&self, among: &[&Caster], patch: &Patch) -> f32 {
+    pub fn share(&self, among: &[&Caster], patch: &LitPatch) -> f32 {
         self.share_of(among.iter().copied(), patch)
     }
 
-    fn share_of<'c>(&self, among: impl Iterator<Item = &'c Caster>, patch: &Patch) -> f32 {
+    fn share_of<'c>(&self, among: impl Iterator<Item = &'c Caster>, patch: &LitPatch) -> f32 {
         let place = self.sun_from_world * patch.middle;
         let size = patch.right.length() + patch.down.length();
         let mut blocked = 0;
@@ -171,7 +171,7 @@ impl Casters {
     }
 
     /// Returns which of sixteen rays are held up by models.
-    fn blocked_by(&self, models: &[&Caster], place: DVec3, size: f64, patch: &Patch) -> u16 {
+    fn blocked_by(&self, models: &[&Caster], place: DVec3, size: f64, patch: &LitPatch) -> u16 {
         let blocked = |on_patch: DVec2, on_sun: DVec2| {
             let origin = patch.middle + patch.right * on_patch.x + patch.down * on_patch.y;
             let aside = (on_sun * SUN).extend(1.0).normalize();
@@ -248,11 +248,11 @@ impl Caster {
     }
 
     /// The rays of a patch before its shape.
-    fn beam(&self, shape: Shape, patch: &Patch) -> Beam {
+    fn beam(&self, shape: Shape, patch: &LitPatch) -> SunBeam {
         let origin = self.body_from_world * (patch.middle - self.position);
         let begin = -origin.dot(self.to_sun[0]);
         let aside = [patch.right, patch.down].map(|side| (self.body_from_world * side).as_vec3());
-        Beam {
+        SunBeam {
             shape,
             origin: [(origin + self.to_sun[0] * begin).as_vec3(), aside[0], aside[1]],
             direction: self.to_sun.map(DVec3::as_vec3),
@@ -296,7 +296,7 @@ mod tests {
 
     /// Share of the sun at a point of the ground.
     fn share(casters: &Casters, point: DVec3) -> f32 {
-        let patch = Patch { middle: point, right: DVec3::X * 0.01, down: DVec3::Y * 0.01 };
+        let patch = LitPatch { middle: point, right: DVec3::X * 0.01, down: DVec3::Y * 0.01 };
         let bounds = casters.bounds(std::iter::once(point), 0.02).unwrap();
         casters.share(&casters.over(&bounds), &patch)
     }
@@ -339,7 +339,7 @@ mod tests {
         for step in 0..4000 {
             let at = |by: f64| 260.0 * (f64::from(step) * by).fract() - 30.0;
             let point = DVec3::new(at(0.618), at(0.755), 0.0);
-            let patch = Patch { middle: point, right: DVec3::X * 0.2, down: DVec3::Y * 0.2 };
+            let patch = LitPatch { middle: point, right: DVec3::X * 0.2, down: DVec3::Y * 0.2 };
             let bounds = casters.bounds(std::iter::once(point), 0.4).unwrap();
             let found = casters.share(&casters.over(&bounds), &patch);
             assert_eq!(found, casters.share(&all, &patch), "{point}");

@@ -6,10 +6,10 @@ use std::ops::Range;
 
 use glam::{DVec2, Vec3};
 
-use super::body::{Placed, Sight};
-use super::cover::{Item, Patch, Pencil};
+use super::body::{PlacedBody, SeenForm};
+use super::cover::{MeshItem, MeshPatch, Pencil};
 use super::lens::Lens;
-use super::mesh::{Bounds, Facet, Mesh};
+use super::mesh::{Facet, Mesh, PixelBounds};
 use crate::space::Footprint;
 
 /// Pixels from the middle of a pixel to its sides.
@@ -41,11 +41,11 @@ struct Sheet {
 
 impl Sheet {
     /// `body` before pixels up to `reach` from a position of the screen.
-    fn new(lens: &Lens<'_>, body: &Placed, mesh: &Mesh, middle: DVec2, reach: [f32; 2]) -> Option<Self> {
+    fn new(lens: &Lens<'_>, body: &PlacedBody, mesh: &Mesh, middle: DVec2, reach: [f32; 2]) -> Option<Self> {
         let mut facets = Vec::new();
         let length = lens.line(middle)?.direction.length();
         let basis = Pencil::new(lens, middle)?.basis(body, body.middle())?;
-        let bounds = Bounds { low: reach.map(|reach| -reach), high: reach };
+        let bounds = PixelBounds { low: reach.map(|reach| -reach), high: reach };
         mesh.before(&basis, &bounds, &mut facets);
         Some(Self {
             id: body.id,
@@ -80,11 +80,11 @@ impl Sheets {
         square: [&Range<usize>; 2],
         pencil: &Pencil,
         place: DVec2,
-        body: &'b Placed,
-    ) -> Option<Item<'b>> {
+        body: &'b PlacedBody,
+    ) -> Option<MeshItem<'b>> {
         let mesh = match &body.sight {
-            Sight::Shape(shape) => return Some(Item::Shape(pencil.aim(body, *shape))),
-            Sight::Mesh(mesh) => mesh,
+            SeenForm::Shape(shape) => return Some(MeshItem::Shape(pencil.aim(body, *shape))),
+            SeenForm::Mesh(mesh) => mesh,
         };
         let first = self.facets.len();
 
@@ -93,7 +93,7 @@ impl Sheets {
             let length = lens.line(place)?.direction.length();
             let sheet = &mut self.known[known];
             let [x, y] = (place - sheet.middle).to_array().map(|pixels| pixels as f32);
-            let around = Bounds { low: [x - HALF, y - HALF], high: [x + HALF, y + HALF] };
+            let around = PixelBounds { low: [x - HALF, y - HALF], high: [x + HALF, y + HALF] };
             let (begin, ratio) = (sheet.begin, (length / sheet.length) as f32);
             sheet.go_to(y);
             let near = sheet.in_row.iter().map(|index| &sheet.facets[*index as usize]);
@@ -102,7 +102,7 @@ impl Sheets {
             (begin, ratio)
         } else {
             let basis = pencil.basis(body, body.middle())?;
-            let around = Bounds { low: [-HALF; 2], high: [HALF; 2] };
+            let around = PixelBounds { low: [-HALF; 2], high: [HALF; 2] };
             mesh.before(&basis, &around, &mut self.facets);
             (basis.begin, 1.0)
         };
@@ -112,9 +112,10 @@ impl Sheets {
             Footprint::Angle(angle) => [angle as f32, 0.0],
             Footprint::Width(width) => [0.0, width as f32],
         };
-        let patch = Patch { mesh, facets, begin, ratio, footprint, albedo: body.albedo, axes: body.axes() };
+        let patch =
+            MeshPatch { mesh, facets, begin, ratio, footprint, albedo: body.albedo, axes: body.axes() };
 
-        (!patch.facets.is_empty()).then_some(Item::Mesh(patch))
+        (!patch.facets.is_empty()).then_some(MeshItem::Mesh(patch))
     }
 
     /// Index of a body's sheet.
@@ -122,7 +123,7 @@ impl Sheets {
         &mut self,
         lens: &Lens<'_>,
         [columns, rows]: [&Range<usize>; 2],
-        body: &Placed,
+        body: &PlacedBody,
         mesh: &Mesh,
     ) -> Option<usize> {
         if let Some(known) = self.known.iter().position(|sheet| sheet.id == body.id) {
@@ -137,7 +138,7 @@ impl Sheets {
 }
 
 /// Whether two faces of a mesh look alike: what of them is in a pixel then hardly matters.
-pub(super) fn are_alike(patch: &Patch<'_>, a: &Facet, b: &Facet) -> bool {
+pub(super) fn are_alike(patch: &MeshPatch<'_>, a: &Facet, b: &Facet) -> bool {
     let of = |facet: &Facet| {
         let triangle = patch.mesh.triangle_at(facet.triangle);
         let normal: Vec3 = if facet.is_behind { -triangle.normal } else { triangle.normal };

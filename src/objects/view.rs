@@ -5,7 +5,7 @@ use std::ops::Range;
 use glam::{DVec2, DVec3, Vec3};
 
 use super::Body;
-use super::body::Placed;
+use super::body::PlacedBody;
 use super::lens::{Lens, Line};
 use crate::earth::Curvature;
 use crate::simd::LANES;
@@ -22,16 +22,16 @@ const WIDE: f64 = 1.2;
 
 /// Bodies before a camera.
 #[derive(Debug)]
-pub struct View<'c> {
+pub struct BodyView<'c> {
     lens: Lens<'c>,
     /// Bodies by id.
-    bodies: Vec<Shown>,
+    bodies: Vec<ShownBody>,
 }
 
 /// A body, and which columns and rows of the screen it may be in.
 #[derive(Debug, Clone)]
-pub(super) struct Shown {
-    pub placed: Placed,
+pub(super) struct ShownBody {
+    pub placed: PlacedBody,
     pub columns: Range<usize>,
     pub rows: Range<usize>,
     /// Whether these are known to hold it, and not just all of the screen.
@@ -41,7 +41,7 @@ pub(super) struct Shown {
 /// Bodies about an eye, whether the screen shows them or not.
 #[derive(Debug)]
 pub struct Surroundings {
-    placed: Vec<Placed>,
+    placed: Vec<PlacedBody>,
     footprint: Footprint,
 }
 
@@ -63,14 +63,14 @@ pub struct Hit {
 pub struct Square<'v> {
     pub(super) lens: Lens<'v>,
     /// Bodies that may be in it, by id.
-    pub(super) bodies: Vec<&'v Shown>,
+    pub(super) bodies: Vec<&'v ShownBody>,
     /// Columns and rows of the screen.
     pub(super) columns: Range<usize>,
     pub(super) rows: Range<usize>,
 }
 
 /// Rays of a square: they start within `width` metres of the origin, and go up to `angle` radians from the axis.
-struct Cone {
+struct RayCone {
     origin: DVec3,
     axis: DVec3,
     angle: f64,
@@ -81,7 +81,8 @@ impl Surroundings {
     /// `bodies` about the eye of `camera`.
     pub fn new(camera: &Camera, bodies: &[Body], curvature: Curvature) -> Self {
         let (eye, footprint) = (camera.pose.eye, camera.footprint());
-        let placed = bodies.iter().flat_map(|body| Placed::parts(body, eye, footprint, curvature)).collect();
+        let placed =
+            bodies.iter().flat_map(|body| PlacedBody::parts(body, eye, footprint, curvature)).collect();
         Self { placed, footprint }
     }
 
@@ -92,14 +93,14 @@ impl Surroundings {
     }
 }
 
-impl<'c> View<'c> {
+impl<'c> BodyView<'c> {
     /// `bodies` before `camera`.
     pub fn new(camera: &'c Camera, bodies: &[Body], curvature: Curvature) -> Self {
         let lens = Lens::new(camera);
         let footprint = camera.footprint();
         let eye = camera.pose.eye;
-        let placed = bodies.iter().flat_map(|body| Placed::parts(body, eye, footprint, curvature));
-        let mut bodies: Vec<_> = placed.map(|placed| Shown::new(placed, &lens)).collect();
+        let placed = bodies.iter().flat_map(|body| PlacedBody::parts(body, eye, footprint, curvature));
+        let mut bodies: Vec<_> = placed.map(|placed| ShownBody::new(placed, &lens)).collect();
         bodies.retain(|body| !body.columns.is_empty() && !body.rows.is_empty());
         bodies.sort_by_key(|body| body.placed.id);
         Self { lens, bodies }
@@ -118,7 +119,7 @@ impl<'c> View<'c> {
         let Camera { width, height, .. } = self.lens.camera;
         let (count, height) = ((*width as usize).div_ceil(LANES), *height as usize);
         let mut parts = vec![false; count * height];
-        for Shown { columns, rows, .. } in &self.bodies {
+        for ShownBody { columns, rows, .. } in &self.bodies {
             let across = columns.start.saturating_sub(1) / LANES..(columns.end / LANES + 1).min(count);
             for row in rows.start.saturating_sub(1)..(rows.end + 1).min(height) {
                 parts[row * count + across.start..row * count + across.end].fill(true);
@@ -137,7 +138,7 @@ impl<'c> View<'c> {
             let mut bodies: Vec<_> =
                 in_rows.iter().copied().filter(|body| meet(&body.columns, &columns)).collect();
             if bodies.iter().any(|body| !body.is_bounded) {
-                let cone = Cone::of(self.lens.camera, &columns, &rows)?;
+                let cone = RayCone::of(self.lens.camera, &columns, &rows)?;
                 bodies.retain(|body| body.is_bounded || cone.meets(&body.placed));
             }
             (!bodies.is_empty()).then_some(Square { lens: self.lens, bodies, columns, rows })
@@ -145,8 +146,8 @@ impl<'c> View<'c> {
     }
 }
 
-impl Shown {
-    fn new(placed: Placed, lens: &Lens<'_>) -> Self {
+impl ShownBody {
+    fn new(placed: PlacedBody, lens: &Lens<'_>) -> Self {
         let size = [lens.camera.width, lens.camera.height].map(|size| size as usize);
         // A float converts saturating.
         let range = |from: f64, to: f64, size: usize| {
@@ -167,7 +168,7 @@ fn meet(a: &Range<usize>, b: &Range<usize>) -> bool {
 
 /// The nearest hit among bodies, by id where ranges are equal.
 pub(super) fn nearest<'p>(
-    bodies: impl Iterator<Item = &'p Placed>,
+    bodies: impl Iterator<Item = &'p PlacedBody>,
     line: &Line,
     footprint: Footprint,
 ) -> Option<Hit> {
@@ -184,7 +185,7 @@ pub(super) fn nearest<'p>(
     nearest
 }
 
-impl Cone {
+impl RayCone {
     /// Builds the cone of a square's rays; `None` where none of them has one.
     fn of(camera: &Camera, columns: &Range<usize>, rows: &Range<usize>) -> Option<Self> {
         let ends = |range: &Range<usize>| {
@@ -219,7 +220,7 @@ impl Cone {
     }
 
     /// Whether the sphere around a body may reach into it.
-    fn meets(&self, body: &Placed) -> bool {
+    fn meets(&self, body: &PlacedBody) -> bool {
         if self.angle >= WIDE {
             return true;
         }

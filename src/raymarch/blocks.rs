@@ -15,7 +15,7 @@ const PLACES: usize = 8192;
 const PER_ROW: i64 = 1307;
 
 /// Spans of a block that is kept.
-struct Slot {
+struct BlockSlot {
     at: [i64; 2],
     spans: BlockSpans,
 }
@@ -30,7 +30,7 @@ pub(super) struct Blocks<'a, S: ?Sized> {
     page: Option<(PageId, SpansView<'a>)>,
     /// Numbers of slots, one more than they are; 0 where there is none.
     table: Vec<u32>,
-    slots: Vec<Slot>,
+    slots: Vec<BlockSlot>,
 }
 
 /// Column and row of a block's south-west voxel on its page.
@@ -82,7 +82,7 @@ impl<'a, S: PageSource + ?Sized> Blocks<'a, S> {
         let number = if known > 0 { known } else { self.slots.len() + 1 };
         if known == 0 {
             self.table[place] = number as u32;
-            self.slots.push(Slot { at: block, spans: BlockSpans::default() });
+            self.slots.push(BlockSlot { at: block, spans: BlockSpans::default() });
         }
         let slot = &mut self.slots[number - 1];
         slot.at = block;

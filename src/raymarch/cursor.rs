@@ -12,23 +12,23 @@ use hedgehop_base::error::Result;
 pub struct PageCursor<'a, S: PageSource> {
     source: &'a S,
     heights: HeightCode,
-    slots: Vec<Slot<'a>>,
+    slots: Vec<CursorSlot<'a>>,
     endless: bool,
     /// Bare ground is read in place of the finest surface.
     bare: bool,
 }
 
 /// The pages of one level that were read last.
-struct Slot<'a> {
+struct CursorSlot<'a> {
     /// Voxels (eastward, northward) of the level.
     dims: [i64; 2],
     /// Lattice of the page's voxels, and the cells between their posts.
     voxels: Lattice,
     cells: Lattice,
     /// Latest pages' heights, posts with all that is seen of them, and bounds.
-    heights: Latest<HeightsView<'a>>,
-    posts: Latest<PageView<'a>>,
-    bounds: Latest<BoundsView<'a>>,
+    heights: LatestPage<HeightsView<'a>>,
+    posts: LatestPage<PageView<'a>>,
+    bounds: LatestPage<BoundsView<'a>>,
 }
 
 /// The page to read in place of `id`: of bare ground, if that `is_wanted` and there is one.
@@ -37,7 +37,7 @@ fn sheet<S: PageSource>(source: &S, is_wanted: bool, id: PageId) -> PageId {
 }
 
 /// The page that was read last.
-struct Latest<V> {
+struct LatestPage<V> {
     /// First voxel of the page; before the area while no page has been read.
     first: [i64; 2],
     /// Voxels of the page (eastward, northward); 0 while no page has been read.
@@ -46,7 +46,7 @@ struct Latest<V> {
 }
 
 /// A voxel's place in a page.
-struct Place {
+struct ApronPlace {
     /// Voxels eastward of the page.
     width: u32,
     /// Column and row within the page; −1 is the apron.
@@ -55,9 +55,9 @@ struct Place {
 }
 
 /// A plane with apron, and a voxel's place in it.
-type Samples<'a, T> = (&'a [T], Place);
+type ApronSamples<'a, T> = (&'a [T], ApronPlace);
 
-impl<'a> Slot<'a> {
+impl<'a> CursorSlot<'a> {
     fn new(grid: &Grid, level: u8, endless: bool) -> Self {
         let (nx, ny) = grid.dims(level);
         let dims = [i64::from(nx), i64::from(ny)];
@@ -69,11 +69,18 @@ impl<'a> Slot<'a> {
             Lattice { side: f64::from(Grid::side_units(level)), shift, spans }
         };
         let (voxels, cells) = (lattice(0, 0.0), lattice(if endless { 0 } else { -1 }, 0.5));
-        Self { dims, voxels, cells, heights: Latest::NONE, posts: Latest::NONE, bounds: Latest::NONE }
+        Self {
+            dims,
+            voxels,
+            cells,
+            heights: LatestPage::NONE,
+            posts: LatestPage::NONE,
+            bounds: LatestPage::NONE,
+        }
     }
 }
 
-impl<V> Latest<V> {
+impl<V> LatestPage<V> {
     const NONE: Self = Self { first: [-1, -1], size: [0, 0], view: None };
 
     /// The page that holds voxel `cell`, clamped into a level of `dims` voxels, and the voxel's column and row in it; `find` finds
@@ -117,14 +124,15 @@ impl<'a, S: PageSource> PageCursor<'a, S> {
     /// A cursor over all levels of `source`.
     pub fn new(source: &'a S) -> Self {
         let header = source.header();
-        let slots = (0..header.level_count).map(|level| Slot::new(&header.grid, level, false)).collect();
+        let slots =
+            (0..header.level_count).map(|level| CursorSlot::new(&header.grid, level, false)).collect();
         Self { source, heights: header.heights, slots, endless: false, bare: false }
     }
 
     /// The same over the area repeated without end.
     pub fn endless(self) -> Self {
         let header = self.source.header();
-        let slots = (0..header.level_count).map(|level| Slot::new(&header.grid, level, true)).collect();
+        let slots = (0..header.level_count).map(|level| CursorSlot::new(&header.grid, level, true)).collect();
         Self { slots, endless: true, ..self }
     }
 
@@ -162,25 +170,25 @@ impl<'a, S: PageSource> PageCursor<'a, S> {
 
     /// The page of voxel `cell`, clamped into the area, and the voxel's place in it; `None` where the page is absent.
     #[inline]
-    fn posts(&mut self, level: u8, cell: [i64; 2]) -> Result<Option<(PageView<'a>, Place)>> {
-        let Slot { dims, posts, .. } = &mut self.slots[usize::from(level)];
+    fn posts(&mut self, level: u8, cell: [i64; 2]) -> Result<Option<(PageView<'a>, ApronPlace)>> {
+        let CursorSlot { dims, posts, .. } = &mut self.slots[usize::from(level)];
         let (view, [x, y]) =
             posts.at((level, *dims), cell, |id| self.source.page(sheet(self.source, self.bare, id)))?;
-        Ok(view.map(|view| (*view, Place { width: view.width, x, y })))
+        Ok(view.map(|view| (*view, ApronPlace { width: view.width, x, y })))
     }
 
     /// The same of its heights alone: nothing else of the page is read.
     #[inline]
-    fn heights(&mut self, level: u8, cell: [i64; 2]) -> Result<Option<Samples<'a, u16>>> {
-        let Slot { dims, heights, .. } = &mut self.slots[usize::from(level)];
+    fn heights(&mut self, level: u8, cell: [i64; 2]) -> Result<Option<ApronSamples<'a, u16>>> {
+        let CursorSlot { dims, heights, .. } = &mut self.slots[usize::from(level)];
         let (view, [x, y]) =
             heights.at((level, *dims), cell, |id| self.source.heights(sheet(self.source, self.bare, id)))?;
-        Ok(view.map(|view| (view.heights, Place { width: view.width, x, y })))
+        Ok(view.map(|view| (view.heights, ApronPlace { width: view.width, x, y })))
     }
 
     /// The same of its colours.
     #[inline]
-    fn colours(&mut self, level: u8, cell: [i64; 2]) -> Result<Option<Samples<'a, [u8; 3]>>> {
+    fn colours(&mut self, level: u8, cell: [i64; 2]) -> Result<Option<ApronSamples<'a, [u8; 3]>>> {
         Ok(self.posts(level, cell)?.map(|(view, place)| (view.colours, place)))
     }
 
@@ -211,7 +219,7 @@ impl<'a, S: PageSource> PageCursor<'a, S> {
     #[inline]
     fn stored_bound(&mut self, level: u8, cell: [i64; 2]) -> Result<f64> {
         let heights = self.heights;
-        let Slot { dims, bounds, .. } = &mut self.slots[usize::from(level)];
+        let CursorSlot { dims, bounds, .. } = &mut self.slots[usize::from(level)];
         let (view, [x, y]) = bounds.at((level, *dims), cell, |id| self.source.bounds(id))?;
         let Some(view) = view else { return Ok(f64::INFINITY) };
         let code = view.high[y as usize * view.width as usize + x as usize];
@@ -246,7 +254,7 @@ impl<'a, S: PageSource> PageCursor<'a, S> {
         &mut self,
         level: u8,
         cell: [i64; 2],
-        find: impl Fn(&mut Self, u8, [i64; 2]) -> Result<Option<Samples<'a, T>>>,
+        find: impl Fn(&mut Self, u8, [i64; 2]) -> Result<Option<ApronSamples<'a, T>>>,
     ) -> Result<Option<[T; 4]>> {
         if self.is_endless() {
             let dims = self.dims(level);
@@ -270,7 +278,7 @@ impl<'a, S: PageSource> PageCursor<'a, S> {
         &mut self,
         level: u8,
         [west, south]: [i64; 2],
-        find: impl Fn(&mut Self, u8, [i64; 2]) -> Result<Option<Samples<'a, T>>>,
+        find: impl Fn(&mut Self, u8, [i64; 2]) -> Result<Option<ApronSamples<'a, T>>>,
     ) -> Result<Option<[T; 4]>> {
         let dims = self.dims(level);
         let (east, north) = ((west + 1) % dims[0], (south + 1) % dims[1]);
@@ -311,7 +319,7 @@ impl<'a, S: PageSource> PageCursor<'a, S> {
     }
 }
 
-impl Place {
+impl ApronPlace {
     /// Voxels along a row, the apron included.
     fn stride(&self) -> usize {
         (self.width + 2 * APRON) as usize

@@ -61,7 +61,7 @@ struct LevelBlend {
 }
 
 /// End of a ray, and the sunlight there.
-struct Lit {
+struct LitContact {
     blend: LevelBlend,
     /// Place, units.
     units: DVec2,
@@ -113,7 +113,7 @@ impl<'a, S: PageSource> SurfaceFilter<'a, S> {
     }
 
     fn sample_here(&mut self, ray: &GridRay, contact: &Contact) -> Result<SurfaceSample> {
-        let Lit { blend, units, footprint, normal, sun } = self.lit(ray, contact)?;
+        let LitContact { blend, units, footprint, normal, sun } = self.lit(ray, contact)?;
         let albedo = self.mean(units, footprint, |filter, units| filter.blended_colour(blend, units))?;
         let attributes = self.attributes(units, contact)?;
         Ok(SurfaceSample {
@@ -177,7 +177,7 @@ impl<'a, S: PageSource> SurfaceFilter<'a, S> {
         Ok((lit.normal.as_vec3(), lit.sun))
     }
 
-    fn lit(&mut self, ray: &GridRay, contact: &Contact) -> Result<Lit> {
+    fn lit(&mut self, ray: &GridRay, contact: &Contact) -> Result<LitContact> {
         let units = ray.at(contact.range).truncate();
         let width = self.footprint.at(contact.range);
         let blend = self.levels_for(width);
@@ -188,7 +188,7 @@ impl<'a, S: PageSource> SurfaceFilter<'a, S> {
             Some(_) => self.mean(units, footprint, |filter, units| filter.sun(blend, units))?,
             None => 1.0,
         };
-        Ok(Lit { blend, units, footprint, normal, sun })
+        Ok(LitContact { blend, units, footprint, normal, sun })
     }
 
     /// Flags of a pixel whose ray ended at `contact`: [`Attributes::STAND_IN`] if the page that should be seen there is damaged.

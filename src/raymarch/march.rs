@@ -34,7 +34,7 @@ pub struct Marcher<'a, S: PageSource> {
     bare_until: f64,
     grid: Grid,
     /// Bands in which ground is seen, nearest first.
-    bands: Vec<Band>,
+    bands: Vec<LevelBand>,
     surface: Surface,
     /// Voxels of level 1 eastward and northward.
     size: DVec2,
@@ -60,7 +60,7 @@ const HALF: f64 = 0.5;
 
 /// Ground distances, metres, between which one level is seen.
 #[derive(Debug, Clone, Copy)]
-struct Band {
+struct LevelBand {
     level: u8,
     bare: bool,
     start: f64,
@@ -68,7 +68,7 @@ struct Band {
 }
 
 /// One ray's search for the surface of one level.
-struct Search<'r> {
+struct RaySearch<'r> {
     ray: &'r GridRay,
     level: u8,
     /// Whether bare ground alone is sought.
@@ -76,16 +76,21 @@ struct Search<'r> {
 }
 
 /// The bands of a database whose coarsest level is `coarsest`.
-fn bands_of(bands: &LevelBands, coarsest: u8) -> Vec<Band> {
+fn bands_of(bands: &LevelBands, coarsest: u8) -> Vec<LevelBand> {
     let bare_until = bands.bare_until();
     let mut found = Vec::new();
     for (level, start, end) in bands.iter() {
         let near = end.min(bare_until);
         if start < near {
-            found.push(Band { level: level.min(coarsest), bare: true, start, end: near });
+            found.push(LevelBand { level: level.min(coarsest), bare: true, start, end: near });
         }
         if start.max(bare_until) < end {
-            found.push(Band { level: level.min(coarsest), bare: false, start: start.max(bare_until), end });
+            found.push(LevelBand {
+                level: level.min(coarsest),
+                bare: false,
+                start: start.max(bare_until),
+                end,
+            });
         }
     }
     found
@@ -163,7 +168,7 @@ impl<'a, S: PageSource> Marcher<'a, S> {
             let start = range_at(band.start.max(from)).max(over_area);
             let end = range_at(band.end).min(off_area).min(until);
             if start.is_finite() && start <= end {
-                let search = Search { ray, level: band.level, bare: band.bare };
+                let search = RaySearch { ray, level: band.level, bare: band.bare };
                 if let Some(contact) = self.search(&search, start, end)? {
                     return Ok(Some(contact));
                 }
@@ -227,7 +232,7 @@ impl<'a, S: PageSource> Marcher<'a, S> {
         (start <= end).then_some((start, end))
     }
 
-    fn search(&mut self, search: &Search<'_>, start: f64, end: f64) -> Result<Option<Contact>> {
+    fn search(&mut self, search: &RaySearch<'_>, start: f64, end: f64) -> Result<Option<Contact>> {
         if search.level == self.coarsest {
             return self.walk_surface(search, search.level, start, end);
         }
@@ -237,7 +242,7 @@ impl<'a, S: PageSource> Marcher<'a, S> {
 
     /// Walks voxels of `level`, which is coarser than the one that is searched, and goes into those
     /// that the ray does not clear.
-    fn descend(&mut self, search: &Search<'_>, level: u8, walk: CellWalk) -> Result<Option<Contact>> {
+    fn descend(&mut self, search: &RaySearch<'_>, level: u8, walk: CellWalk) -> Result<Option<Contact>> {
         let ray = search.ray;
         for step in walk {
             if ray.lowest_between(step.enter, step.leave) > self.cursor.upper_bound(level, step.cell)? {
@@ -257,14 +262,14 @@ impl<'a, S: PageSource> Marcher<'a, S> {
     }
 
     /// Returns the cursor of the search's ground.
-    fn on(&mut self, search: &Search<'_>) -> &mut PageCursor<'a, S> {
+    fn on(&mut self, search: &RaySearch<'_>) -> &mut PageCursor<'a, S> {
         if search.bare { &mut self.bare } else { &mut self.cursor }
     }
 
     /// Intersects the cells of `level`'s surface between two ranges.
     fn walk_surface(
         &mut self,
-        search: &Search<'_>,
+        search: &RaySearch<'_>,
         level: u8,
         start: f64,
         end: f64,
@@ -286,7 +291,7 @@ impl<'a, S: PageSource> Marcher<'a, S> {
     /// coarser level stands in.
     fn cell_contact(
         &mut self,
-        search: &Search<'_>,
+        search: &RaySearch<'_>,
         level: u8,
         step: &CellStep,
         lattice: &Lattice,

@@ -266,7 +266,7 @@ impl Measure {
             return None;
         }
 
-        let mut stretch = Stretch::new(passage, high);
+        let mut stretch = RayStretch::new(passage, high);
         let wall = |index: usize| {
             let cut = span.cuts[index];
             cut.is_wall()
@@ -308,7 +308,7 @@ impl Measure {
             }
         }
 
-        let Stretch { enter, leave, mut face, mut normal, .. } = stretch;
+        let RayStretch { enter, leave, mut face, mut normal, .. } = stretch;
         if enter >= leave {
             return None;
         }
@@ -368,7 +368,7 @@ struct Passage {
 }
 
 /// Stretch of a ray's way through a voxel that is left.
-struct Stretch {
+struct RayStretch {
     enter: f64,
     leave: f64,
     /// Ray at the stretch's ends: east and north of the voxel's centre, and above a span's upper end.
@@ -379,7 +379,7 @@ struct Stretch {
     normal: DVec3,
 }
 
-impl Stretch {
+impl RayStretch {
     /// All of it, for a span whose upper end is so high over the centre, metres above the datum.
     fn new(passage: &Passage, high: f64) -> Self {
         let Passage { ranges, at, heights, side, .. } = passage;

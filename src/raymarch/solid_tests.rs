@@ -11,7 +11,7 @@ use super::*;
 use crate::earth::Curvature;
 use crate::voxel::{
     Arrays, Cut, Grid, HeightCode, MemPages, Metadata, PageSource, Placement, SharedObject, SharedObjects,
-    Span, SpanTable, Standing, Symmetry, build_standing,
+    Span, SpanArrays, SpanTable, Symmetry, build_standing,
 };
 
 /// Voxels along the area's side, and the side of one, metres.
@@ -79,7 +79,7 @@ pub fn standing_on(
     }
 
     let own = if objects { BTreeMap::new() } else { spans.clone() };
-    let standing = Standing {
+    let standing = SpanArrays {
         heights: &ground,
         colours: &grass,
         spans: &own,

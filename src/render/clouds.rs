@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::Renderer;
-use crate::frame::clouds::{CloudStage, Field, Lattice};
+use crate::frame::clouds::{CloudField, CloudLattice, CloudStage};
 use crate::frame::stage::Pixels;
 use crate::frame::{Frame, Picture};
 use crate::scene::Clouds;
@@ -17,10 +17,10 @@ const RGB: usize = 3;
 
 /// The voxels of a renderer's clouds, made for the first frame that has them.
 #[derive(Debug, Default)]
-pub struct LastField(Mutex<Option<Arc<Field>>>);
+pub struct LastField(Mutex<Option<Arc<CloudField>>>);
 
 impl LastField {
-    fn get(&self, make: impl FnOnce() -> Field) -> Arc<Field> {
+    fn get(&self, make: impl FnOnce() -> CloudField) -> Arc<CloudField> {
         let mut field = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         field.get_or_insert_with(|| Arc::new(make())).clone()
     }
@@ -58,17 +58,17 @@ fn each_band<'b, S: PageSource>(
 ) -> Result<()> {
     let Some(clouds) = &renderer.options.weather.clouds else { return Ok(()) };
     let (sun, header) = (renderer.options.sun, renderer.source.header());
-    let field = renderer.shared.clouds.get(|| Field::new(clouds, sun));
+    let field = renderer.shared.clouds.get(|| CloudField::new(clouds, sun));
     let atmosphere = renderer.options.atmosphere(header);
     let air = (&atmosphere, header.height_range.1);
     let tint = renderer.options.brightness().tint();
-    let layer: (&Field, &Clouds) = (&field, clouds);
+    let layer: (&CloudField, &Clouds) = (&field, clouds);
     let Some(stage) = CloudStage::new(renderer.isa, camera, layer, sun, air, renderer.seconds) else {
         return Ok(());
     };
     let stage = stage.tinted(tint);
     let rows = stage.band_rows();
-    farm.each_with(Stage::Image, bands(&stage), Lattice::default, |lattice, index, (light, range)| {
+    farm.each_with(Stage::Image, bands(&stage), CloudLattice::default, |lattice, index, (light, range)| {
         stage.fill(lattice, index * rows, light, range);
         Ok(())
     })

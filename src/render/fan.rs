@@ -7,7 +7,7 @@ use crate::simd::Sixteen;
 
 /// Picture of the scan planes before it is resampled to a screen: light; distances and how they go on, as of [`Depths`](crate::frame::stage::Depths).
 #[derive(Debug, Default)]
-pub struct Fan {
+pub struct PlaneImage {
     pub cells: Vec<Cell>,
     pub inverse: Vec<Sixteen>,
     pub tilts: [Vec<Sixteen>; 2],

@@ -87,12 +87,12 @@ fn lies_behind(grid: &Grid, pose: &Pose, page: PageId) -> bool {
 pub struct LivePlan<'a, S> {
     renderer: &'a Renderer<'a, S>,
     farm: &'a Farm,
-    seen: Mutex<Seen>,
+    seen: Mutex<LiveEye>,
 }
 
 /// Latest pose and motion of a live flight.
 #[derive(Debug, Default)]
-struct Seen {
+struct LiveEye {
     motion: Extrapolation,
     /// Number and time of the latest frame, and what saw it.
     latest: Option<(u32, f64, Camera)>,
@@ -100,7 +100,7 @@ struct Seen {
     step: f64,
 }
 
-impl Seen {
+impl LiveEye {
     /// The pose of a frame; `None` if no frame is known.
     fn pose_of(&self, frame: u32) -> Option<Pose> {
         let (known, seconds, _) = self.latest.as_ref()?;
@@ -114,7 +114,7 @@ impl<'a, S: PageSource> LivePlan<'a, S> {
         Self { renderer, farm, seen: Mutex::default() }
     }
 
-    fn seen(&self) -> MutexGuard<'_, Seen> {
+    fn seen(&self) -> MutexGuard<'_, LiveEye> {
         self.seen.lock().unwrap_or_else(PoisonError::into_inner)
     }
 

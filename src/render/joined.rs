@@ -8,7 +8,7 @@ use super::shadows::Shadows;
 use super::{Account, Rendered, Renderer, clouds, fall, matte, planes, puffs, reference};
 use crate::frame::stage::Pixels;
 use crate::frame::{Frame, Picture};
-use crate::objects::{Body, PointLight, Puff, SQUARE, View};
+use crate::objects::{Body, BodyView, PointLight, Puff, SQUARE};
 use crate::scene::Scenery;
 use crate::space::Camera;
 use crate::subimage::Farm;
@@ -18,7 +18,7 @@ use hedgehop_base::error::Result;
 
 /// Overlays that may be merged with the ground.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Things<'t> {
+pub struct Overlays<'t> {
     /// Bodies, no two with the same id.
     pub bodies: &'t [Body],
     /// Lamps that shine.
@@ -27,25 +27,25 @@ pub struct Things<'t> {
     pub puffs: &'t [Puff],
 }
 
-impl<'t> From<&'t [Body]> for Things<'t> {
+impl<'t> From<&'t [Body]> for Overlays<'t> {
     fn from(bodies: &'t [Body]) -> Self {
         Self { bodies, ..Self::default() }
     }
 }
 
-impl<'t> From<&'t Vec<Body>> for Things<'t> {
+impl<'t> From<&'t Vec<Body>> for Overlays<'t> {
     fn from(bodies: &'t Vec<Body>) -> Self {
         bodies.as_slice().into()
     }
 }
 
-impl<'t> From<&'t Scenery> for Things<'t> {
+impl<'t> From<&'t Scenery> for Overlays<'t> {
     fn from(scenery: &'t Scenery) -> Self {
         Self { bodies: &scenery.bodies, lights: &scenery.lights, puffs: &scenery.puffs }
     }
 }
 
-impl<'t, const COUNT: usize> From<&'t [Body; COUNT]> for Things<'t> {
+impl<'t, const COUNT: usize> From<&'t [Body; COUNT]> for Overlays<'t> {
     fn from(bodies: &'t [Body; COUNT]) -> Self {
         bodies.as_slice().into()
     }
@@ -59,7 +59,7 @@ impl<S: PageSource> Renderer<'_, S> {
     /// A page that is damaged; a database that changed or could not be read while the frame was rendered; options or a pose outside
     /// their ranges.
     pub fn frame(&self, camera: &Camera, farm: &Farm) -> Result<Rendered> {
-        self.frame_with(camera, Things::default(), farm)
+        self.frame_with(camera, Overlays::default(), farm)
     }
 
     /// [`Self::frame`] with bodies and lamps in it.
@@ -69,7 +69,7 @@ impl<S: PageSource> Renderer<'_, S> {
     pub fn frame_with<'t>(
         &self,
         camera: &Camera,
-        things: impl Into<Things<'t>>,
+        things: impl Into<Overlays<'t>>,
         farm: &Farm,
     ) -> Result<Rendered> {
         self.seen_with(camera, things.into(), true, farm)
@@ -80,11 +80,11 @@ impl<S: PageSource> Renderer<'_, S> {
     pub(super) fn seen_with(
         &self,
         camera: &Camera,
-        things: Things<'_>,
+        things: Overlays<'_>,
         describes: bool,
         farm: &Farm,
     ) -> Result<Rendered> {
-        let Things { bodies, lights, puffs } = things;
+        let Overlays { bodies, lights, puffs } = things;
         self.options.check(camera)?;
         let (mut rendered, own) = match self.planes(camera, farm)? {
             Some(view) => planes::frame(self, &view, describes, farm)?,
@@ -98,7 +98,7 @@ impl<S: PageSource> Renderer<'_, S> {
         rendered.account.times.image += timed(|| {
             let frame = &mut rendered.frame;
             let shadows = Shadows::of(self, camera, bodies);
-            let view = View::new(camera, bodies, self.options.curvature);
+            let view = BodyView::new(camera, bodies, self.options.curvature);
             let sought = Sought::find(self, camera, lights, bodies, farm)?;
             let bodies = Bodies::find(&view, camera.height, farm)?;
             if let Some(shadows) = &shadows {
@@ -140,7 +140,7 @@ impl<S: PageSource> Renderer<'_, S> {
     /// # Errors
     /// As of [`Self::frame`].
     pub fn picture(&self, camera: &Camera, farm: &Farm) -> Result<(Picture, Account)> {
-        self.picture_with(camera, Things::default(), farm)
+        self.picture_with(camera, Overlays::default(), farm)
     }
 
     /// [`Self::picture`] with bodies and lamps in it.
@@ -150,12 +150,12 @@ impl<S: PageSource> Renderer<'_, S> {
     pub fn picture_with<'t>(
         &self,
         camera: &Camera,
-        things: impl Into<Things<'t>>,
+        things: impl Into<Overlays<'t>>,
         farm: &Farm,
     ) -> Result<(Picture, Account)> {
-        let Things { bodies, lights, puffs } = things.into();
+        let Overlays { bodies, lights, puffs } = things.into();
         self.options.check(camera)?;
-        let view = View::new(camera, bodies, self.options.curvature);
+        let view = BodyView::new(camera, bodies, self.options.curvature);
         let shadows = Shadows::of(self, camera, bodies);
         let sought = Sought::find(self, camera, lights, bodies, farm)?;
         let bodies = Bodies::find(&view, camera.height, farm)?;

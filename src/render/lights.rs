@@ -8,7 +8,7 @@ use super::merge::Shown;
 use super::{Renderer, reference};
 use crate::frame::Atmosphere;
 use crate::frame::stage::Pixels;
-use crate::objects::{Body, Glint, Glow, PARTS, PointLight, SQUARE, Surroundings};
+use crate::objects::{Body, Glint, GlowSums, PARTS, PointLight, SQUARE, Surroundings};
 use crate::simd::{Floats, Isa, Kernel, LANES, Simd, Sixteen};
 use crate::space::{Camera, Ray, Screen};
 use crate::subimage::{Farm, Stage};
@@ -50,11 +50,11 @@ struct Eye<'c, 'r, 'a, S> {
 /// Lamps and stars that a view shows where nothing hides them.
 pub struct Sought<'c> {
     camera: &'c Camera,
-    points: Vec<Point>,
+    points: Vec<SoughtLight>,
 }
 
 /// One of them.
-struct Point {
+struct SoughtLight {
     /// Position on the screen, pixels.
     position: DVec2,
     /// Screen position whose range decides whether the light is hidden; `None`: nothing hides it.
@@ -182,7 +182,7 @@ fn each<T: Sync, U: Send>(
     Ok(())
 }
 
-impl Point {
+impl SoughtLight {
     /// Share of four pixels about where it is asked for, by how near they are, in which nothing hides it.
     fn share(&self, shown: &Shown<'_>) -> f32 {
         let Some(asked) = self.asked else { return 1.0 };
@@ -239,7 +239,7 @@ impl Kernel for Adding<'_, '_> {
             self;
         let has_blind = matches!(camera.screen(), Screen::Fisheye { .. } | Screen::Table(_));
         let rows = pixels.count() / width;
-        let mut glow = Glow::none([0, first]);
+        let mut glow = GlowSums::none([0, first]);
 
         for (square, indices) in squares.iter().enumerate().filter(|(_, indices)| !indices.is_empty()) {
             glow.begin([square * SQUARE, first]);
@@ -290,13 +290,13 @@ fn add<V: Simd>(simd: V, pixels: &mut Pixels<'_>, at: Range<usize>, light: &[Six
 }
 
 impl<S: PageSource> Eye<'_, '_, '_, S> {
-    fn lamp(&self, light: &PointLight, at: DVec3) -> Result<Option<Point>> {
+    fn lamp(&self, light: &PointLight, at: DVec3) -> Result<Option<SoughtLight>> {
         let Some((point, towards)) = self.lit(light, at) else { return Ok(None) };
         self.open(point, towards)
     }
 
     /// A lamp if nothing hides it, and where to look for what does.
-    fn lit(&self, light: &PointLight, at: DVec3) -> Option<(Point, DVec3)> {
+    fn lit(&self, light: &PointLight, at: DVec3) -> Option<(SoughtLight, DVec3)> {
         let eye = self.camera.pose.eye;
         let intensity = light.towards(eye + (light.position - at));
         if intensity == Vec3::ZERO {
@@ -323,11 +323,14 @@ impl<S: PageSource> Eye<'_, '_, '_, S> {
         let through = self.atmosphere.veil(eye.z, (way / range).as_vec3(), range as f32).through;
         let (asked, inverse) = (Some(lifted.unwrap_or(position)), (1.0 + BEHIND) / range);
 
-        Some((Point { position, asked, inverse, light: light * through, radius, angle }, lifted_at - eye))
+        Some((
+            SoughtLight { position, asked, inverse, light: light * through, radius, angle },
+            lifted_at - eye,
+        ))
     }
 
     /// A point that the screen is to be asked about: where it does not show it, a ray `towards` it tells whether it is hidden.
-    fn open(&self, point: Point, towards: DVec3) -> Result<Option<Point>> {
+    fn open(&self, point: SoughtLight, towards: DVec3) -> Result<Option<SoughtLight>> {
         let size = DVec2::new(f64::from(self.camera.width), f64::from(self.camera.height));
         let is_beside = |at: DVec2| at.cmplt(DVec2::ZERO).any() || at.cmpgt(size).any();
         if !point.asked.is_some_and(is_beside) {
@@ -340,16 +343,16 @@ impl<S: PageSource> Eye<'_, '_, '_, S> {
         let ground = marcher.first_contact(&over_ground, 0.0)?.map(|contact| contact.range);
         let hides = |range: f64| range * point.inverse < 1.0;
         let is_hidden = ground.into_iter().chain(self.bodies.range(&ray)).any(hides);
-        Ok((!is_hidden).then_some(Point { asked: None, ..point }))
+        Ok((!is_hidden).then_some(SoughtLight { asked: None, ..point }))
     }
 
-    fn star(&self, star: &Star, firmament: &Firmament) -> Result<Option<Point>> {
+    fn star(&self, star: &Star, firmament: &Firmament) -> Result<Option<SoughtLight>> {
         let direction = firmament.world(star.direction);
         self.seen(star, direction).map_or(Ok(None), |point| self.open(point, direction))
     }
 
     /// A star in some direction, if nothing hides it.
-    fn seen(&self, star: &Star, direction: DVec3) -> Option<Point> {
+    fn seen(&self, star: &Star, direction: DVec3) -> Option<SoughtLight> {
         let position = self.finder.position(self.camera.pose.eye + direction)?;
         let angle = self.angle(position)?;
         let lux = star.lux * starlight_through(direction.z);
@@ -357,7 +360,7 @@ impl<S: PageSource> Eye<'_, '_, '_, S> {
         let light = self.per_luminance * lux * f64::from(through) / angle.min(EYE_ANGLE).powi(2);
         let light = star.colour * light as f32;
         // The sky alone does not hide it.
-        Some(Point { position, asked: Some(position), inverse: 0.0, light, radius: 0.0, angle })
+        Some(SoughtLight { position, asked: Some(position), inverse: 0.0, light, radius: 0.0, angle })
     }
 
     /// Angle between neighbouring pixels about a position, radians: the root of a pixel's solid angle.

@@ -7,7 +7,7 @@
 
 use super::merge::{Bodies, Shown};
 use super::{Renderer, reference};
-use crate::frame::{Cover, Frame, Matte};
+use crate::frame::{Frame, Matte, MatteCoverage};
 use crate::objects::SQUARE;
 use crate::simd::Isa;
 use crate::subimage::{Farm, Stage};
@@ -37,7 +37,7 @@ pub(super) fn of_ground<S: PageSource>(
             || row + 1 < height && is_sky(column, row + 1) != own
     };
 
-    let mut bands: Vec<Vec<Cover>> = vec![Vec::new(); height.div_ceil(SQUARE)];
+    let mut bands: Vec<Vec<MatteCoverage>> = vec![Vec::new(); height.div_ceil(SQUARE)];
     farm.each(Stage::Image, bands.iter_mut().collect(), |band, covers| {
         let rows = band * SQUARE..((band + 1) * SQUARE).min(height);
         let places = rows.flat_map(|row| (0..width).map(move |column| (column, row)));
@@ -59,7 +59,11 @@ pub(super) fn of_ground<S: PageSource>(
             let least = if is_sky(column, row) { 0.0 } else { 0.5 };
             let share = (hits as f32).max(least) / RAYS as f32;
             if share > 0.0 {
-                covers.push(Cover { pixel: (row * width + column) as u32, id: Cover::GROUND, share });
+                covers.push(MatteCoverage {
+                    pixel: (row * width + column) as u32,
+                    id: MatteCoverage::GROUND,
+                    share,
+                });
             }
         }
 
@@ -81,7 +85,7 @@ impl Bodies<'_> {
             Err(_) if shown.range[pixel as usize].is_finite() => 1.0,
             Err(_) => 0.0,
         };
-        let mut rows: Vec<Vec<Cover>> = self.rows.iter().map(|_| Vec::new()).collect();
+        let mut rows: Vec<Vec<MatteCoverage>> = self.rows.iter().map(|_| Vec::new()).collect();
         let tasks = self.rows.iter().zip(&mut rows).collect();
 
         farm.each(Stage::Image, tasks, |_, (squares, covers)| {
@@ -92,14 +96,17 @@ impl Bodies<'_> {
                     let rest = 1.0 - shares.iter().map(|share| share.share).sum::<f32>();
                     let share = rest * of_ground(pixel);
                     let first = covers.len();
-                    covers.extend(shares.iter().map(|share| Cover {
+                    covers.extend(shares.iter().map(|share| MatteCoverage {
                         pixel,
                         id: share.id,
                         share: share.share,
                     }));
                     if share > LEAST {
                         let larger = shares.iter().take_while(|other| other.share >= share).count();
-                        covers.insert(first + larger, Cover { pixel, id: Cover::GROUND, share });
+                        covers.insert(
+                            first + larger,
+                            MatteCoverage { pixel, id: MatteCoverage::GROUND, share },
+                        );
                     }
                 });
             }
@@ -111,7 +118,8 @@ impl Bodies<'_> {
 
         let mut covers = rows.concat();
         let has_body = |pixel: u32| covers.binary_search_by_key(&pixel, |cover| cover.pixel).is_ok();
-        let alone: Vec<Cover> = skyline.iter().copied().filter(|cover| !has_body(cover.pixel)).collect();
+        let alone: Vec<MatteCoverage> =
+            skyline.iter().copied().filter(|cover| !has_body(cover.pixel)).collect();
         covers.extend(alone);
         covers.sort_by_key(|cover| cover.pixel);
         matte.covers = covers;

@@ -5,10 +5,10 @@ use std::cell::Cell;
 use glam::Vec3;
 
 use super::Renderer;
-use super::shadows::{Latest, Shadows};
+use super::shadows::{LatestShade, Shadows};
 use crate::frame::stage::Pixels;
 use crate::frame::{Atmosphere, Frame, Picture, Veil};
-use crate::objects::{Ground, Hit, SQUARE, Seen, Square, View};
+use crate::objects::{BodyView, Hit, PixelGround, SQUARE, Seen, Square};
 use crate::sensor::VisualSensor;
 use crate::simd::Isa;
 use crate::space::Ray;
@@ -33,7 +33,7 @@ pub struct Bodies<'v> {
 }
 
 /// Shading of bodies: light, haze and shadows.
-struct Look<'s, 'r, 'a, S> {
+struct BodyShading<'s, 'r, 'a, S> {
     isa: Isa,
     sensor: VisualSensor,
     atmosphere: Atmosphere,
@@ -72,7 +72,7 @@ pub(super) struct Shown<'r> {
 
 impl<'v> Bodies<'v> {
     /// Finds what `view` holds on its screen.
-    pub fn find(view: &'v View<'_>, height: u32, farm: &Farm) -> Result<Self> {
+    pub fn find(view: &'v BodyView<'_>, height: u32, farm: &Farm) -> Result<Self> {
         if view.is_empty() {
             return Ok(Self { rows: Vec::new() });
         }
@@ -98,7 +98,7 @@ impl<'v> Bodies<'v> {
         (range, counts): (&mut [f32], bool),
         farm: &Farm,
     ) -> Result<()> {
-        let (look, width) = (Look::of(renderer, shadows), picture.width as usize);
+        let (look, width) = (BodyShading::of(renderer, shadows), picture.width as usize);
         // Pixels look at their neighbours' ground, which other tasks may have covered.
         let mut covered = if counts { range.to_vec() } else { Vec::new() };
         let ranges = covered.chunks_mut(width * SQUARE).chain(std::iter::repeat_with(Default::default));
@@ -132,7 +132,7 @@ impl<'v> Bodies<'v> {
         frame: &mut Frame,
         farm: &Farm,
     ) -> Result<()> {
-        let (look, width) = (Look::of(renderer, shadows), frame.camera.width as usize);
+        let (look, width) = (BodyShading::of(renderer, shadows), frame.camera.width as usize);
         // Pixels look at their neighbours' ground, which other tasks may have covered.
         let ground = frame.range.clone();
         if let Some(mut matte) = frame.aov.matte.take() {
@@ -179,12 +179,12 @@ fn over(seen: &Seen, ground: impl FnOnce() -> Vec3) -> Vec3 {
 
 /// Tells `put` row and column of every pixel with a body in it, and what is seen of that.
 fn each_pixel<'s, S: PageSource>(
-    look: &Look<'s, '_, '_, S>,
+    look: &BodyShading<'s, '_, '_, S>,
     shown: &Shown<'_>,
     squares: &[Square<'_>],
     mut put: impl FnMut(usize, usize, &Seen),
 ) {
-    let latest = Latest::default();
+    let latest = LatestShade::default();
     for square in squares {
         let air = Cell::new(None);
         square.look(
@@ -196,7 +196,7 @@ fn each_pixel<'s, S: PageSource>(
     }
 }
 
-impl<'s, 'r, 'a, S: PageSource> Look<'s, 'r, 'a, S> {
+impl<'s, 'r, 'a, S: PageSource> BodyShading<'s, 'r, 'a, S> {
     fn of(renderer: &Renderer<'_, S>, shadows: Option<&'s Shadows<'r, 'a, S>>) -> Self {
         let options = &renderer.options;
         Self {
@@ -210,7 +210,13 @@ impl<'s, 'r, 'a, S: PageSource> Look<'s, 'r, 'a, S> {
     }
 
     /// Radiance that reaches the eye from a hit.
-    fn shade(&self, hit: &Hit, ray: &Ray, latest: &Latest<'s>, latest_air: &Cell<Option<Before>>) -> Vec3 {
+    fn shade(
+        &self,
+        hit: &Hit,
+        ray: &Ray,
+        latest: &LatestShade<'s>,
+        latest_air: &Cell<Option<Before>>,
+    ) -> Vec3 {
         let sun = self.shadows.map_or(1.0, |shadows| shadows.on_body(hit, ray, latest));
         let radiance = hit.albedo * self.sensor.daylight().on_body(hit.normal, sun);
         let direction = ray.direction.as_vec3();
@@ -228,7 +234,7 @@ impl<'s, 'r, 'a, S: PageSource> Look<'s, 'r, 'a, S> {
 
 impl Shown<'_> {
     /// The ground in a pixel: its slope is that to neighbours that show the same surface.
-    pub fn ground(&self, column: usize, row: usize) -> Ground {
+    pub fn ground(&self, column: usize, row: usize) -> PixelGround {
         let (at, width, height) = (row * self.width + column, self.width, self.range.len() / self.width);
         let own = 1.0 / self.range[at];
         // No neighbour is of no surface.
@@ -240,6 +246,6 @@ impl Shown<'_> {
         };
         let across = slope(inverse(column > 0, at.wrapping_sub(1)), inverse(column + 1 < width, at + 1));
         let along = slope(inverse(row > 0, at.wrapping_sub(width)), inverse(row + 1 < height, at + width));
-        Ground { inverse: own, slope: [across, along] }
+        PixelGround { inverse: own, slope: [across, along] }
     }
 }

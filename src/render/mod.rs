@@ -31,7 +31,7 @@ mod unserved;
 
 pub use exposure::{Exposure, MOST_MOMENTS, Moment};
 pub use foresight::{FlightPlan, LivePlan};
-pub use joined::Things;
+pub use joined::Overlays;
 pub use limits::{far_limit, level_bands};
 pub use unserved::Unserved;
 
@@ -251,25 +251,25 @@ pub struct Renderer<'a, S> {
     seconds: f64,
     /// Velocity of the eye, metres per second.
     velocity: DVec3,
-    shared: Arc<Shared>,
+    shared: Arc<SharedState>,
 }
 
 /// State that frames of one database share.
 #[derive(Debug)]
-struct Shared {
+struct SharedState {
     radiance: Radiance,
     turned: TurnedPages,
     screen: planes::LastScreen,
-    fans: Used<fan::Fan>,
+    fans: Used<fan::PlaneImage>,
     pictures: Used<Vec<u8>>,
     ranges: Used<Vec<f32>>,
     profiles: Used<Profile>,
-    lighting: Used<planes::Lighting>,
+    lighting: Used<planes::LightingScratch>,
     clouds: clouds::LastField,
     facets: Facets,
 }
 
-impl Shared {
+impl SharedState {
     /// Nothing yet.
     fn new(sensor: VisualSensor, radiance: Radiance, turned: TurnedPages) -> Self {
         Self {
@@ -292,7 +292,7 @@ impl<'a, S: PageSource> Renderer<'a, S> {
     pub fn new(source: &'a S, options: &RenderOptions) -> Self {
         let shades = options.shades(source.header(), SHADES);
         let radiance = Radiance::new(options.sensor()).shaded(shades);
-        let shared = Arc::new(Shared::new(options.sensor(), radiance, TurnedPages::default()));
+        let shared = Arc::new(SharedState::new(options.sensor(), radiance, TurnedPages::default()));
         Self { source, options: *options, isa: Isa::best(), seconds: 0.0, velocity: DVec3::ZERO, shared }
     }
 
@@ -303,7 +303,7 @@ impl<'a, S: PageSource> Renderer<'a, S> {
         let shaded = if self.options.has_shadows() { bytes / SHADED_SHARE } else { 0 };
         let radiance = Radiance::with_budget(self.options.sensor(), bytes - turned - shaded)
             .shaded(self.options.shades(self.source.header(), shaded));
-        let shared = Shared::new(self.options.sensor(), radiance, TurnedPages::new(turned));
+        let shared = SharedState::new(self.options.sensor(), radiance, TurnedPages::new(turned));
         Self { shared: Arc::new(shared), ..self }
     }
 
@@ -379,7 +379,7 @@ impl<'a, S: PageSource> Renderer<'a, S> {
     pub fn unserved(&self, camera: &Camera) -> Result<Option<Unserved>> {
         match Unserved::of(&self.options) {
             Some(why) => Ok(Some(why)),
-            None => planes::View::unserved(camera, &self.shared.screen, &Farm::new(1)?),
+            None => planes::PlaneView::unserved(camera, &self.shared.screen, &Farm::new(1)?),
         }
     }
 
@@ -389,11 +389,11 @@ impl<'a, S: PageSource> Renderer<'a, S> {
     }
 
     /// Chooses how scan planes see what the camera sees; `None` where they do not serve.
-    fn planes<'c>(&self, camera: &'c Camera, farm: &Farm) -> Result<Option<planes::View<'c>>> {
+    fn planes<'c>(&self, camera: &'c Camera, farm: &Farm) -> Result<Option<planes::PlaneView<'c>>> {
         if !self.takes_planes() {
             return Ok(None);
         }
-        planes::View::new(self.source.header(), camera, &self.shared.screen, farm)
+        planes::PlaneView::new(self.source.header(), camera, &self.shared.screen, farm)
     }
 }
 

@@ -6,15 +6,17 @@ use std::time::{Duration, Instant};
 
 use glam::DVec3;
 
-use super::fan::{DepthsMut, Fan, first_part};
+use super::fan::{DepthsMut, PlaneImage, first_part};
 use super::standing::{self, Stander};
 use super::{Account, Rays, Rendered, Renderer, StageTimes, Unserved, level_bands};
-use crate::frame::stage::{Air, Band, Cell, Depths, Light, Painter, Pixels, Planes, Rows, Scale, Sums};
+use crate::frame::stage::{
+    Air, Band, Cell, Depths, EdgeSums, Painter, Pixels, PlaneLight, PlaneSource, RowFill, Scale,
+};
 use crate::frame::{Frame, Picture};
 use crate::raymarch::PageCursor;
 use crate::raymarch::scan::{
-    Directions, Field, Footprint, Kept, Ladder, Outlook, Panorama, PlaneGroup, PlaneMarch, Profile, Refusal,
-    Shape, Strides, Upright,
+    Directions, KeptPlanes, MarchField, Outlook, PageFootprint, Panorama, PlaneArray, PlaneGroup, PlaneMarch,
+    Profile, Refusal, RowTable, Strides, Upright,
 };
 use crate::sensor::radiance::{LineSampler, RadiancePages};
 use crate::simd::{LANES, Sixteen};
@@ -31,18 +33,18 @@ const SUITABLE: TaskSize = TaskSize { lines: 32, rows: 18 };
 const COARSE_LEVEL: u8 = 3;
 
 /// View of a camera as scan planes take it.
-pub struct View<'c> {
+pub struct PlaneView<'c> {
     camera: &'c Camera,
-    shape: Shape,
+    shape: PlaneArray,
     /// The eye: units, units, metres.
     eye: DVec3,
 }
 
-impl<'c> View<'c> {
+impl<'c> PlaneView<'c> {
     /// Why planes do not serve a camera; `None`: they do.
     pub fn unserved(camera: &Camera, screen: &LastScreen, farm: &Farm) -> Result<Option<Unserved>> {
         if let Some(upright) = Upright::new(camera) {
-            return Ok((!Shape::Upright(upright).fits()).then_some(Unserved::ManyPixels));
+            return Ok((!PlaneArray::Upright(upright).fits()).then_some(Unserved::ManyPixels));
         }
         if let Some(why) = Panorama::refuses(camera) {
             return Ok(Some(match why {
@@ -62,15 +64,15 @@ impl<'c> View<'c> {
         farm: &Farm,
     ) -> Result<Option<Self>> {
         let shape = match Upright::new(camera) {
-            Some(upright) => Some(Shape::Upright(upright)),
+            Some(upright) => Some(PlaneArray::Upright(upright)),
             None => screen
                 .directions(camera, farm)?
-                .map(|directions| Shape::Panorama(Panorama::new(camera, directions))),
+                .map(|directions| PlaneArray::Panorama(Panorama::new(camera, directions))),
         };
         let eye = camera.pose.eye;
         let ground = (eye.truncate() - header.grid.origin) / header.grid.spacing;
         let seen = |shape| Self { camera, shape, eye: ground.extend(eye.z) };
-        Ok(shape.filter(Shape::fits).map(seen))
+        Ok(shape.filter(PlaneArray::fits).map(seen))
     }
 }
 
@@ -105,9 +107,9 @@ impl LastScreen {
 
 /// Time that tasks took, added up by all workers.
 #[derive(Default)]
-struct Clock(Mutex<Duration>);
+struct StageClock(Mutex<Duration>);
 
-impl Clock {
+impl StageClock {
     fn time<T>(&self, work: impl FnOnce() -> T) -> T {
         let begun = Instant::now();
         let result = work();
@@ -124,7 +126,7 @@ impl Clock {
 /// if these are empty.
 pub fn picture<S: PageSource>(
     renderer: &Renderer<'_, S>,
-    view: &View<'_>,
+    view: &PlaneView<'_>,
     farm: &Farm,
     range: &mut [f32],
     parts: &[bool],
@@ -151,7 +153,7 @@ pub fn picture<S: PageSource>(
 /// plane and row; if it does, those along the pixels' own rays come beside.
 pub fn frame<S: PageSource>(
     renderer: &Renderer<'_, S>,
-    view: &View<'_>,
+    view: &PlaneView<'_>,
     describes: bool,
     farm: &Farm,
 ) -> Result<(Rendered, Option<Vec<f32>>)> {
@@ -188,12 +190,12 @@ fn band_rows(farm: &Farm) -> usize {
 /// Has planes look, then fills `bands` of [`band_rows`] rows; light is kept to `scale` meanwhile.
 fn render<S: PageSource>(
     renderer: &Renderer<'_, S>,
-    view: &View<'_>,
+    view: &PlaneView<'_>,
     farm: &Farm,
     bands: Vec<Band<'_>>,
     scale: Scale,
 ) -> Result<Account> {
-    let (marching, shading, imaging) = (Clock::default(), Clock::default(), Clock::default());
+    let (marching, shading, imaging) = (StageClock::default(), StageClock::default(), StageClock::default());
     renderer.shared.radiance.begin_frame();
     renderer.shared.turned.begin_frame();
     let groups: Vec<_> = (0..view.shape.groups()).map(|index| view.shape.kept(index)).collect();
@@ -209,11 +211,16 @@ fn render<S: PageSource>(
         tilts.resize(if stands { size } else { 0 }, Sixteen::default());
     }
 
-    let rays =
-        see(renderer, view, farm, [&marching, &shading], Seen { groups: &groups, scale, fan: &mut fan })?;
+    let rays = see(
+        renderer,
+        view,
+        farm,
+        [&marching, &shading],
+        SeenGroups { groups: &groups, scale, fan: &mut fan },
+    )?;
     let tint = renderer.options.brightness().tint().to_array();
     let depths = Depths { inverse: &fan.inverse, tilts: fan.tilts.each_ref().map(Vec::as_slice) };
-    let planes = Planes { shape: &view.shape, cells: &fan.cells, scale, tint, depths };
+    let planes = PlaneSource { shape: &view.shape, cells: &fan.cells, scale, tint, depths };
     let (rows, width) = (band_rows(farm), view.camera.width as usize);
 
     farm.each(Stage::Image, bands, |index, band| {
@@ -229,20 +236,20 @@ fn render<S: PageSource>(
 }
 
 /// Groups of planes with the cells that they see.
-struct Seen<'f> {
+struct SeenGroups<'f> {
     /// Segments kept of each group.
-    groups: &'f [Kept],
+    groups: &'f [KeptPlanes],
     /// Scale of the cells' codes.
     scale: Scale,
     /// Memory for it.
-    fan: &'f mut Fan,
+    fan: &'f mut PlaneImage,
 }
 
 /// A few groups of planes, and the fan's memory of them.
 struct Task<'f> {
     /// Index of the first one.
     first: usize,
-    groups: &'f [Kept],
+    groups: &'f [KeptPlanes],
     cells: &'f mut [Cell],
     depths: DepthsMut<'f>,
 }
@@ -259,14 +266,14 @@ impl<'f> Task<'f> {
     }
 }
 
-impl<'f> Seen<'f> {
+impl<'f> SeenGroups<'f> {
     /// Tasks of so many groups.
     fn tasks(self, per_task: usize) -> Vec<Task<'f>> {
-        let Fan { cells, inverse, tilts } = self.fan;
+        let PlaneImage { cells, inverse, tilts } = self.fan;
         let mut cells = cells.as_mut_slice();
         let mut depths = DepthsMut { inverse, tilts: tilts.each_mut().map(Vec::as_mut_slice) };
         let chunks = self.groups.chunks(per_task).enumerate();
-        let task = |(index, groups): (usize, &'f [Kept])| {
+        let task = |(index, groups): (usize, &'f [KeptPlanes])| {
             let rows = groups.iter().map(|kept| kept.rows).sum();
             Task {
                 first: index * per_task,
@@ -293,7 +300,7 @@ fn height_above_ground<S: PageSource>(source: &S, eye: DVec3) -> Result<f64> {
 }
 
 /// Returns the distance between rows, and the height of the eye above the ground, metres.
-fn strides<S: PageSource>(renderer: &Renderer<'_, S>, view: &View<'_>) -> Result<(Strides, f64)> {
+fn strides<S: PageSource>(renderer: &Renderer<'_, S>, view: &PlaneView<'_>) -> Result<(Strides, f64)> {
     let header = renderer.source.header();
     let height = height_above_ground(renderer.source, view.eye)?;
     let (pixel_angle, clearance) = (view.camera.pixel_angle(), view.eye.z - header.height_range.1);
@@ -303,10 +310,10 @@ fn strides<S: PageSource>(renderer: &Renderer<'_, S>, view: &View<'_>) -> Result
 }
 
 /// Parts of pages that planes may touch, in the order of need.
-pub fn footprint<S: PageSource>(renderer: &Renderer<'_, S>, view: &View<'_>) -> Result<PageNeeds> {
+pub fn footprint<S: PageSource>(renderer: &Renderer<'_, S>, view: &PlaneView<'_>) -> Result<PageNeeds> {
     let header = renderer.source.header();
     let (strides, _) = strides(renderer, view)?;
-    let ladder = Ladder::new(view.shape.edges(), view.shape.centres());
+    let ladder = RowTable::new(view.shape.edges(), view.shape.centres());
     let bend = renderer.options.curvature.inverse_diameter;
     let groups: Vec<_> = (0..view.shape.groups())
         .map(|index| (index, view.shape.kept(index)))
@@ -316,16 +323,16 @@ pub fn footprint<S: PageSource>(renderer: &Renderer<'_, S>, view: &View<'_>) -> 
         })
         .collect();
     let bare_until = level_bands(header, view.camera, &renderer.options).bare_until();
-    let mut footprint = Footprint::new(renderer.source, strides, bare_until);
+    let mut footprint = PageFootprint::new(renderer.source, strides, bare_until);
     footprint.add(view.eye, &groups)?;
     Ok(footprint.into_needs())
 }
 
 /// Returns the field that a group of planes is to see.
-fn field<S>(renderer: &Renderer<'_, S>, ladder: &Ladder, kept: &Kept) -> Field {
+fn field<S>(renderer: &Renderer<'_, S>, ladder: &RowTable, kept: &KeptPlanes) -> MarchField {
     let rows = kept.first..kept.first + kept.filled.len();
     let tangents = [ladder.edges[rows.start], ladder.edges[rows.end]];
-    Field { tangents, row: ladder.least_row, detail: renderer.options.detail as f32 }
+    MarchField { tangents, row: ladder.least_row, detail: renderer.options.detail as f32 }
 }
 
 /// Scratch that a worker uses for one group after the other.
@@ -338,21 +345,21 @@ struct Worker<'a> {
 /// Scratch of painting.
 struct Paint<'a> {
     painter: Painter<'a>,
-    light: Lent<'a, Lighting>,
+    light: Lent<'a, LightingScratch>,
     stander: Option<Stander<'a>>,
 }
 
 /// Scratch of lighting.
 #[derive(Debug, Default)]
-pub struct Lighting {
-    lights: Vec<Light>,
-    sums: Sums,
+pub struct LightingScratch {
+    lights: Vec<PlaneLight>,
+    sums: EdgeSums,
 }
 
 /// A group of planes, and the fan's memory of it.
 struct Look<'f> {
     index: usize,
-    kept: &'f Kept,
+    kept: &'f KeptPlanes,
     cells: &'f mut [Cell],
     depths: DepthsMut<'f>,
     /// Major distance up to which bare ground was seen, units.
@@ -372,17 +379,17 @@ struct Unpainted<'f> {
 /// Where a surface is in sight tells what paint it takes: groups for which it is not at hand stand back until it has been brought for all of them.
 fn see<S: PageSource>(
     renderer: &Renderer<'_, S>,
-    view: &View<'_>,
+    view: &PlaneView<'_>,
     farm: &Farm,
-    [marching, shading]: [&Clock; 2],
-    seen: Seen<'_>,
+    [marching, shading]: [&StageClock; 2],
+    seen: SeenGroups<'_>,
 ) -> Result<Rays> {
     let header = renderer.source.header();
     let (strides, above_ground) = strides(renderer, view)?;
     let bare_until = level_bands(header, view.camera, &renderer.options).bare_until();
     let strides = strides.with_bare_ground(bare_until);
     let angle = view.camera.pixel_angle();
-    let ladder = Ladder::new(view.shape.edges(), view.shape.centres());
+    let ladder = RowTable::new(view.shape.edges(), view.shape.centres());
     let per_task = (farm.task_size_or(SUITABLE).lines as usize / LANES).max(1);
     let bend = renderer.options.curvature.inverse_diameter;
     let atmosphere = renderer.options.atmosphere(header);
@@ -416,7 +423,7 @@ fn see<S: PageSource>(
                  group: &PlaneGroup,
                  look: &mut Look<'_>,
                  profile: &Profile| {
-        let Lighting { lights, sums } = &mut **light;
+        let LightingScratch { lights, sums } = &mut **light;
         let Look { index, kept, cells, depths, bare_until } = look;
         let squares = view.shape.squares(*index);
         let angle = view.shape.plane_angle(*index, angle);
@@ -425,7 +432,7 @@ fn see<S: PageSource>(
         let missing = painter.sampler.take_missing();
         if missing.is_empty() {
             let mut depths = depths.of(kept.filled.clone());
-            let rows = Rows {
+            let rows = RowFill {
                 ladder: &ladder,
                 first: kept.first,
                 cells: &mut cells[kept.filled.clone()],
@@ -437,8 +444,17 @@ fn see<S: PageSource>(
             if let Some(stander) = stander {
                 let (air, field) = (&painter.air, field(renderer, &ladder, kept));
                 let (bare_until, ladder, squares) = (*bare_until, &ladder, &squares);
-                let seen =
-                    standing::Seen { group, profile, bare_until, field, ladder, kept, scale, air, squares };
+                let seen = standing::SeenGroup {
+                    group,
+                    profile,
+                    bare_until,
+                    field,
+                    ladder,
+                    kept,
+                    scale,
+                    air,
+                    squares,
+                };
                 stander.put(&seen, &mut cells[kept.filled.clone()], depths.of(0..kept.filled.len()))?;
             }
 

@@ -7,10 +7,10 @@ use glam::{DVec2, DVec3, Vec3};
 
 use super::Renderer;
 use super::merge::Shown;
-use super::sunlit::{Cells, Place, Sunlit};
+use super::sunlit::{Cells, Sunlit, SunlitBody};
 use crate::frame::Atmosphere;
 use crate::frame::stage::Pixels;
-use crate::objects::{Body, Bounds, Caster, Casters, Hit, Lens, Patch, SQUARE};
+use crate::objects::{Body, Bounds, Caster, Casters, Hit, Lens, LitPatch, SQUARE};
 use crate::raymarch::{Contact, GridRay, SurfaceFilter};
 use crate::space::{Camera, Footprint, Ray};
 use crate::subimage::{Farm, Stage};
@@ -58,7 +58,7 @@ struct Block {
 
 /// Sunlight on the ground of a cell.
 #[derive(Clone, Copy)]
-struct Light {
+struct CellLight {
     /// Range of the pixel that asked, metres.
     range: f64,
     normal: Vec3,
@@ -67,7 +67,7 @@ struct Light {
     air: Vec3,
 }
 
-impl Light {
+impl CellLight {
     /// Whether a pixel whose ground is `range` metres away shows the same surface.
     fn is_of(&self, range: f64) -> bool {
         (self.range - range).abs() <= EDGE * range
@@ -84,7 +84,7 @@ struct Lights {
     /// First column and row of the square, last ones of the picture.
     first: [usize; 2],
     last: [usize; 2],
-    known: [Option<Option<Light>>; CORNERS * CORNERS],
+    known: [Option<Option<CellLight>>; CORNERS * CORNERS],
     /// Between which ranges pixels show the surface of all four corners of a cell, metres, if no sun reaches any of those; by the upper left one.
     dark: [[f64; 2]; CORNERS * CORNERS],
 }
@@ -116,11 +116,11 @@ impl Lights {
         &mut self,
         pixel: [usize; 2],
         range: f64,
-        mut light: impl FnMut([usize; 2]) -> Result<Option<Light>>,
-    ) -> Result<Option<Light>> {
+        mut light: impl FnMut([usize; 2]) -> Result<Option<CellLight>>,
+    ) -> Result<Option<CellLight>> {
         let first = self.corner(pixel);
         let share = [0, 1].map(|axis| ((pixel[axis] - self.first[axis]) % CELL) as f32 / CELL as f32);
-        let mut mean = Light { range, normal: Vec3::ZERO, sun: 0.0, air: Vec3::ZERO };
+        let mut mean = CellLight { range, normal: Vec3::ZERO, sun: 0.0, air: Vec3::ZERO };
         let (mut dark, mut is_lit, mut faces_it) = ([0.0, f64::INFINITY], false, false);
 
         for [right, down] in [[0, 0], [1, 0], [0, 1], [1, 1]] {
@@ -195,13 +195,13 @@ fn pixels(columns: &Range<usize>, rows: &Range<usize>) -> impl Iterator<Item = [
 
 /// The body that was asked for last.
 #[derive(Default)]
-pub struct Latest<'s>(Cell<Option<Known<'s>>>);
+pub struct LatestShade<'s>(Cell<Option<BodyCache<'s>>>);
 
 /// State kept for one body.
 #[derive(Clone, Copy)]
-struct Known<'s> {
+struct BodyCache<'s> {
     id: u32,
-    place: Option<&'s Place>,
+    place: Option<&'s SunlitBody>,
     /// Cells in which the ground's shadow was last computed.
     cells: Cells,
     /// Terrain that hides the body from the sun.
@@ -367,7 +367,7 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
             let way = (ray.direction + aside.direction) / inverse - ray.direction * range;
             if inverse > 0.0 { aside.origin + way } else { DVec3::ZERO }
         });
-        let share = self.casters.share(among, &Patch { middle, right, down });
+        let share = self.casters.share(among, &LitPatch { middle, right, down });
         if share == 1.0 {
             return Ok(None);
         }
@@ -377,7 +377,7 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
             Some(light) => Some(light),
             None => self.light(ground, filter, [column, row])?,
         };
-        let Some(Light { normal, sun, air, .. }) = light else { return Ok(None) };
+        let Some(CellLight { normal, sun, air, .. }) = light else { return Ok(None) };
         let left = self.daylight.on(normal, sun * share) / self.daylight.on(normal, sun);
 
         Ok(Some((left, air)))
@@ -389,7 +389,7 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
         Lit { shown, lens }: &Lit<'_>,
         filter: &mut SurfaceFilter<'_, S>,
         [column, row]: [usize; 2],
-    ) -> Result<Option<Light>> {
+    ) -> Result<Option<CellLight>> {
         let range = f64::from(shown.range[row * shown.width + column]);
         let ray = lens.ray_at(DVec2::new(column as f64, row as f64) + 0.5);
         let Some(ray) = ray.filter(|_| range.is_finite()) else { return Ok(None) };
@@ -399,7 +399,7 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
             GridRay::new(&source.header().grid, ray.origin, ray.direction).over(options.curvature);
         let (normal, sun) = filter.light(&over_ground, &contact)?;
         let veil = self.atmosphere.veil(ray.origin.z, ray.direction.as_vec3(), range as f32);
-        Ok(Some(Light { range, normal, sun, air: veil.light }))
+        Ok(Some(CellLight { range, normal, sun, air: veil.light }))
     }
 
     /// Returns the first error of what was computed.
@@ -411,8 +411,8 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
     }
 
     /// Share of the sun, 0…1, that the ground, other bodies, or other parts of the same, leave to a hit on a ray.
-    pub fn on_body<'s>(&'s self, hit: &Hit, ray: &Ray, latest: &Latest<'s>) -> f32 {
-        let mut known = latest.0.get().filter(|known| known.id == hit.id).unwrap_or_else(|| Known {
+    pub fn on_body<'s>(&'s self, hit: &Hit, ray: &Ray, latest: &LatestShade<'s>) -> f32 {
+        let mut known = latest.0.get().filter(|known| known.id == hit.id).unwrap_or_else(|| BodyCache {
             id: hit.id,
             place: self.sunlit.place(hit.id),
             cells: Cells::default(),
@@ -422,7 +422,7 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
         let share = known.place.map_or(1.0, |place| self.sunlit.share(place, point, &mut known.cells));
         latest.0.set(Some(known));
         let Some(own) = known.caster.filter(|_| share > 0.0) else { return share };
-        let patch = Patch::above(point, hit.normal.as_dvec3(), self.footprint.at(hit.range));
+        let patch = LitPatch::above(point, hit.normal.as_dvec3(), self.footprint.at(hit.range));
         share * self.casters.share_of_body(own, &patch)
     }
 }

@@ -4,8 +4,10 @@ use glam::DVec3;
 
 use super::Renderer;
 use super::fan::DepthsMut;
-use crate::frame::stage::{Air, Cell, Scale, Solids};
-use crate::raymarch::scan::{Cover, Field, Kept, Ladder, PlaneGroup, Profile, Standing, StandingMarch};
+use crate::frame::stage::{Air, Cell, Scale, SpanPaint};
+use crate::raymarch::scan::{
+    KeptPlanes, MarchField, PlaneGroup, Profile, RowTable, SpanCoverage, SpanMarch, SpanScan,
+};
 use crate::sensor::ShadedFacets;
 use crate::simd::{Isa, LANES};
 use crate::voxel::PageSource;
@@ -15,20 +17,20 @@ use hedgehop_base::error::Result;
 pub struct Stander<'a> {
     isa: Isa,
     eye: DVec3,
-    march: StandingMarch<'a>,
+    march: SpanMarch<'a>,
     facets: ShadedFacets<'a>,
-    cover: Cover,
+    cover: SpanCoverage,
 }
 
 /// A group of planes that have seen the ground.
-pub struct Seen<'s> {
+pub struct SeenGroup<'s> {
     pub group: &'s PlaneGroup,
     pub profile: &'s Profile,
     /// Major distance up to which it is bare, units.
     pub bare_until: f64,
-    pub field: Field,
-    pub ladder: &'s Ladder,
-    pub kept: &'s Kept,
+    pub field: MarchField,
+    pub ladder: &'s RowTable,
+    pub kept: &'s KeptPlanes,
     pub scale: Scale,
     pub air: &'s Air,
     pub squares: &'s [f32; LANES],
@@ -41,9 +43,9 @@ impl<'a> Stander<'a> {
         source.header().is_built.then(|| Self {
             isa: renderer.isa,
             eye,
-            march: StandingMarch::new(source),
+            march: SpanMarch::new(source),
             facets: renderer.shared.facets.on(source, renderer.shared.radiance.shades()),
-            cover: Cover::default(),
+            cover: SpanCoverage::default(),
         })
     }
 
@@ -51,9 +53,9 @@ impl<'a> Stander<'a> {
     ///
     /// # Errors
     /// A page that is damaged.
-    pub fn put(&mut self, seen: &Seen<'_>, cells: &mut [Cell], depths: DepthsMut<'_>) -> Result<()> {
-        let Seen { group, profile, bare_until, field, ladder, kept, scale, air, squares } = *seen;
-        let standing = Standing {
+    pub fn put(&mut self, seen: &SeenGroup<'_>, cells: &mut [Cell], depths: DepthsMut<'_>) -> Result<()> {
+        let SeenGroup { group, profile, bare_until, field, ladder, kept, scale, air, squares } = *seen;
+        let standing = SpanScan {
             eye: self.eye,
             group,
             profile,
@@ -67,7 +69,8 @@ impl<'a> Stander<'a> {
         self.march.see(self.isa, &standing, &mut self.facets, &mut self.cover)?;
         let DepthsMut { inverse, tilts } = depths;
         let cover = &self.cover;
-        let solids = Solids { ladder, first: kept.first, cells, scale, inverse, tilts, cover, air, squares };
+        let solids =
+            SpanPaint { ladder, first: kept.first, cells, scale, inverse, tilts, cover, air, squares };
         solids.put(self.isa);
         Ok(())
     }

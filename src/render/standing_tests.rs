@@ -324,7 +324,7 @@ impl Differences {
 
         for camera in cameras {
             let renderer = Renderer::new(pages, &options);
-            let fast = renderer.seen_with(camera, Things::default(), describes, &farm).unwrap().frame;
+            let fast = renderer.seen_with(camera, Overlays::default(), describes, &farm).unwrap().frame;
             let exact = render_reference(pages, camera, &options, &farm).unwrap().frame;
             let mut marcher = marcher(pages, camera, &options);
 

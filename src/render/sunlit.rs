@@ -33,22 +33,22 @@ const RAISED: f64 = 0.5;
 /// Bodies, and what of the sun they see.
 pub struct Sunlit<'r, 'a, S> {
     renderer: &'r Renderer<'a, S>,
-    bodies: HashMap<u32, Place>,
+    bodies: HashMap<u32, SunlitBody>,
     failed: Mutex<Option<Error>>,
 }
 
 /// Position of a body, and its sunlight once that was asked for.
-pub struct Place {
+pub struct SunlitBody {
     middle: DVec3,
     radius: f64,
     /// Share of the whole body in the sun.
     share: OnceLock<f32>,
     /// Shares at places of the body, if one value is not enough for all of it.
-    lattice: Option<Lattice>,
+    lattice: Option<SunLattice>,
 }
 
 /// Sunlight at places of the world, on lattices whose sides are the finest voxel's times powers of two.
-struct Lattice {
+struct SunLattice {
     /// Power of the finer of two lattices, of which it is blended.
     fine: i32,
     /// Share of the coarser one, 0…1: as the eye comes near nothing jumps.
@@ -59,7 +59,7 @@ struct Lattice {
     corners: Mutex<HashMap<(i32, [i64; 3]), f32>>,
 }
 
-impl Lattice {
+impl SunLattice {
     /// Builds the lattice of a body with this radius, whose cells are to be about `side` wide, both in voxels; `None`: it is too small.
     fn new(radius: f64, side: f64) -> Option<Self> {
         let weight = (radius / side - LARGE[0]) / (LARGE[1] - LARGE[0]);
@@ -102,19 +102,19 @@ impl<'r, 'a, S: PageSource> Sunlit<'r, 'a, S> {
             let (middle, radius) = body.sphere();
             let pixel = footprint.at(((middle - eye).length() - radius).max(0.0));
             let side = (VOXELS * spacing).max(PIXELS * pixel).max(radius / PARTS);
-            let lattice = Lattice::new(radius / spacing, side / spacing);
-            (body.id, Place { middle, radius, share: OnceLock::new(), lattice })
+            let lattice = SunLattice::new(radius / spacing, side / spacing);
+            (body.id, SunlitBody { middle, radius, share: OnceLock::new(), lattice })
         };
         Self { renderer, bodies: bodies.iter().map(place).collect(), failed: Mutex::default() }
     }
 
     /// The body of that number.
-    pub fn place(&self, id: u32) -> Option<&Place> {
+    pub fn place(&self, id: u32) -> Option<&SunlitBody> {
         self.bodies.get(&id)
     }
 
     /// Share of the sun, 0…1, that the ground leaves to a point of a body; `latest` are the cells of it that were looked at last.
-    pub fn share(&self, place: &Place, point: DVec3, latest: &mut Cells) -> f32 {
+    pub fn share(&self, place: &SunlitBody, point: DVec3, latest: &mut Cells) -> f32 {
         let whole = || *place.share.get_or_init(|| self.sound(self.find(place)));
         let Some(lattice) = &place.lattice else { return whole() };
         let mut within = |power: i32, index: usize| self.within(lattice, power, point, &mut latest.0[index]);
@@ -126,7 +126,7 @@ impl<'r, 'a, S: PageSource> Sunlit<'r, 'a, S> {
     }
 
     /// Share of the sun at a point, between the corners of its cell of one lattice.
-    fn within(&self, lattice: &Lattice, power: i32, point: DVec3, latest: &mut Option<Corners>) -> f32 {
+    fn within(&self, lattice: &SunLattice, power: i32, point: DVec3, latest: &mut Option<Corners>) -> f32 {
         let side = self.renderer.source.header().grid.spacing * f64::from(power).exp2();
         let cell = point / side;
         let first = cell.floor().to_array().map(|corner| corner as i64);
@@ -198,7 +198,7 @@ impl<'r, 'a, S: PageSource> Sunlit<'r, 'a, S> {
         Ok(0.5)
     }
 
-    fn find(&self, place: &Place) -> Result<f32> {
+    fn find(&self, place: &SunlitBody) -> Result<f32> {
         let Renderer { source, shared, .. } = self.renderer;
         let header = source.header();
         let ground = ground_height(*source, place.middle.truncate())?;

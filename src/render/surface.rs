@@ -41,7 +41,7 @@ pub fn describe<S: PageSource>(
         .collect();
 
     farm.each(Stage::Image, tasks, |task, ((((normal, level), id), range), outlines)| {
-        let mut sight = Sight {
+        let mut sight = SurfaceProbe {
             marcher: reference::marcher(source, &camera, &renderer.options),
             filter: SurfaceFilter::new(source, camera.footprint()),
             bands: level_bands(source.header(), &camera, &renderer.options),
@@ -67,7 +67,7 @@ pub fn describe<S: PageSource>(
 }
 
 /// Looks along rays of pixels.
-struct Sight<'a, S: PageSource> {
+struct SurfaceProbe<'a, S: PageSource> {
     marcher: Marcher<'a, S>,
     filter: SurfaceFilter<'a, S>,
     bands: LevelBands,
@@ -75,7 +75,7 @@ struct Sight<'a, S: PageSource> {
 }
 
 /// Surface that a pixel sees.
-struct Seen {
+struct SeenSurface {
     /// Metres.
     range: f32,
     /// Unit, world space (x east, y north, z up).
@@ -85,14 +85,14 @@ struct Seen {
     attributes: Attributes,
 }
 
-impl<S: PageSource> Sight<'_, S> {
+impl<S: PageSource> SurfaceProbe<'_, S> {
     /// Looks along a ray for which planes found a range (metres; infinite: the sky), which is in doubt at outlines; `None`: the sky.
-    fn look(&mut self, ray: &GridRay, range: f32, is_outline: bool) -> Result<Option<Seen>> {
+    fn look(&mut self, ray: &GridRay, range: f32, is_outline: bool) -> Result<Option<SeenSurface>> {
         if !is_outline {
             let found = if range.is_finite() { Some(self.contact(ray, f64::from(range))?) } else { None };
             if self.is_met(ray, found.as_ref())? {
                 let seen = found.map(|contact| self.ground(ray, &contact)).transpose()?;
-                return Ok(seen.map(|seen| Seen { range, ..seen }));
+                return Ok(seen.map(|seen| SeenSurface { range, ..seen }));
             }
         }
 
@@ -107,7 +107,7 @@ impl<S: PageSource> Sight<'_, S> {
         if let Some(hit) = hit {
             let sample = self.filter.sample_solid(ray, &hit)?;
             let (range, attributes) = (hit.range as f32, sample.attributes);
-            return Ok(Some(Seen { range, normal: sample.normal, level: 0, attributes }));
+            return Ok(Some(SeenSurface { range, normal: sample.normal, level: 0, attributes }));
         }
 
         contact.map(|contact| self.ground(ray, &contact)).transpose()
@@ -131,9 +131,9 @@ impl<S: PageSource> Sight<'_, S> {
         self.filter.standing_in(ray, Contact { range, level, wanted: level, face: None, bare })
     }
 
-    fn ground(&mut self, ray: &GridRay, contact: &Contact) -> Result<Seen> {
+    fn ground(&mut self, ray: &GridRay, contact: &Contact) -> Result<SeenSurface> {
         let (normal, mut attributes) = self.filter.surface(ray, contact)?;
         attributes.flags |= self.filter.stand_in(ray, contact)?;
-        Ok(Seen { range: contact.range as f32, normal, level: contact.level, attributes })
+        Ok(SeenSurface { range: contact.range as f32, normal, level: contact.level, attributes })
     }
 }

@@ -19,7 +19,7 @@ pub(super) const LARGEST: f64 = 100_000.0;
 
 #[derive(Debug, Clone, Copy, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub(super) enum Kind {
+pub(super) enum FormKind {
     Sphere,
     Ellipsoid,
     Box,
@@ -39,11 +39,11 @@ struct Sizes<'t, 'f> {
 }
 
 /// The form of a thing of a given shape.
-pub(super) fn form(reading: &Reading<'_>, table: &ObjectTable, given: &Spanned<Kind>) -> Result<Form> {
+pub(super) fn form(reading: &Reading<'_>, table: &ObjectTable, given: &Spanned<FormKind>) -> Result<Form> {
     let (kind, shape) = (*given.get_ref(), given.span());
     let sizes = |name| Sizes { reading, table, shape: shape.clone(), name };
     let shape = match kind {
-        Kind::Line => {
+        FormKind::Line => {
             let sizes = sizes("line");
             sizes.takes(&["width_m", "width_px", "to"])?;
             let length = match (&table.to, &table.length_m) {
@@ -58,40 +58,40 @@ pub(super) fn form(reading: &Reading<'_>, table: &ObjectTable, given: &Spanned<K
             let width = sizes.one("width_m", &table.width_m)?;
             return Ok(Form::Line { length, width, pixels: sizes.pixels("width_px", &table.width_px)? });
         }
-        Kind::Point => {
+        FormKind::Point => {
             let sizes = sizes("point");
             sizes.takes(&["radius_m", "size_px"])?;
             let width = 2.0 * sizes.one("radius_m", &table.radius_m)?;
             return Ok(Form::Point { width, pixels: sizes.pixels("size_px", &table.size_px)? });
         }
-        Kind::Sphere => {
+        FormKind::Sphere => {
             let sizes = sizes("sphere");
             sizes.takes(&["radius_m"])?;
             Shape::Ellipsoid { radii: DVec3::splat(sizes.one("radius_m", &table.radius_m)?) }
         }
-        Kind::Ellipsoid => {
+        FormKind::Ellipsoid => {
             let sizes = sizes("ellipsoid");
             sizes.takes(&["radii_m"])?;
             Shape::Ellipsoid { radii: sizes.three("radii_m", &table.radii_m)? }
         }
-        Kind::Box => {
+        FormKind::Box => {
             let sizes = sizes("box");
             sizes.takes(&["size_m"])?;
             Shape::Box { size: sizes.three("size_m", &table.size_m)? }
         }
-        Kind::Cylinder => {
+        FormKind::Cylinder => {
             let sizes = sizes("cylinder");
             sizes.takes(&["radius_m", "height_m"])?;
             let radius = sizes.one("radius_m", &table.radius_m)?;
             Shape::Cylinder { radius, height: sizes.one("height_m", &table.height_m)? }
         }
-        Kind::Cone => {
+        FormKind::Cone => {
             let sizes = sizes("cone");
             sizes.takes(&["radius_m", "height_m"])?;
             let radius = sizes.one("radius_m", &table.radius_m)?;
             Shape::Cone { radius, height: sizes.one("height_m", &table.height_m)? }
         }
-        Kind::Disc => {
+        FormKind::Disc => {
             let sizes = sizes("disc");
             sizes.takes(&["radius_m"])?;
             Shape::Disc { radius: sizes.one("radius_m", &table.radius_m)? }

@@ -29,12 +29,12 @@ pub(super) const COLUMNS: [Wanted; 7] = [
 
 /// Something that may change with time.
 #[derive(Debug, Clone)]
-pub(super) enum Course {
+pub(super) enum JointCourse {
     Constant(f64),
     Given(Samples),
 }
 
-impl Course {
+impl JointCourse {
     fn at(&self, seconds: f64) -> f64 {
         match self {
             Self::Constant(value) => *value,
@@ -49,7 +49,7 @@ pub(super) struct Joint {
     /// Place at rest.
     pub rest: Rest,
     /// Courses by [`COLUMNS`].
-    pub courses: [Course; 7],
+    pub courses: [JointCourse; 7],
     /// Axis of its turn, in its own axes, of unit length.
     pub axis: DVec3,
     /// Turns per second.

@@ -8,7 +8,7 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::form::{form, refuse_sizes};
-use super::model::{Cut, Fit, Models, Origin, Rest, Size};
+use super::model::{Fit, Models, NodeSplit, Origin, Rest, Size};
 use super::object::ObjectTable;
 use crate::objects::{Form, Level, Model};
 use crate::space::Attitude;
@@ -35,7 +35,7 @@ pub(super) struct LevelTable {
 
 /// Appearance of an object or a part, and what that was read from.
 #[derive(Debug)]
-pub(super) struct Look {
+pub(super) struct Appearance {
     pub form: Form,
     pub files: Vec<PathBuf>,
     pub notes: Vec<String>,
@@ -60,7 +60,7 @@ pub(super) fn look(
     span: &Range<usize>,
     models: &mut Models,
     hasher: &mut blake3::Hasher,
-) -> Result<Look> {
+) -> Result<Appearance> {
     match (&table.shape, &table.model) {
         (Some(given), None) => {
             refuse_keys(reading, table)?;
@@ -69,7 +69,7 @@ pub(super) fn look(
                 return Err(reading.wrong(node.span(), what));
             }
             let form = form(reading, table, given)?;
-            Ok(Look { form, files: Vec::new(), notes: Vec::new(), nodes: Vec::new() })
+            Ok(Appearance { form, files: Vec::new(), notes: Vec::new(), nodes: Vec::new() })
         }
         (None, Some(path)) => {
             refuse_sizes(reading, table, path.span())?;
@@ -104,7 +104,7 @@ fn model(
     whose: &str,
     models: &mut Models,
     hasher: &mut blake3::Hasher,
-) -> Result<Look> {
+) -> Result<Appearance> {
     let fit = fit(reading, table)?;
     let is_vox = path.get_ref().extension().is_some_and(|extension| extension.eq_ignore_ascii_case("vox"));
     if let Some(up) = table.up.as_ref().filter(|up| is_vox && *up.get_ref() == Up::Y) {
@@ -122,15 +122,16 @@ fn model(
 
     let mut nodes: Vec<Option<&str>> = named.iter().map(|node| Some(node.get_ref().as_str())).collect();
     let (mut files, mut notes) = (Vec::new(), Vec::new());
-    let mut get = |path: &Spanned<PathBuf>, nodes: &[Option<&str>], rests: &[Rest]| -> Result<Arc<Cut>> {
-        let at = place(reading, path)?;
-        let got = models.get(&at, &fit, nodes, rests, hasher);
-        let got =
-            got.map_err(|error| reading.through(path.span(), &format!("the model of {whose}"), error))?;
-        files.extend(got.files);
-        notes.extend(got.notes);
-        Ok(got.cut)
-    };
+    let mut get =
+        |path: &Spanned<PathBuf>, nodes: &[Option<&str>], rests: &[Rest]| -> Result<Arc<NodeSplit>> {
+            let at = place(reading, path)?;
+            let got = models.get(&at, &fit, nodes, rests, hasher);
+            let got =
+                got.map_err(|error| reading.through(path.span(), &format!("the model of {whose}"), error))?;
+            files.extend(got.files);
+            notes.extend(got.notes);
+            Ok(got.cut)
+        };
 
     let finest = get(path, &nodes, &[])?;
     for (node, found) in named.iter().zip(&finest.nodes) {
@@ -146,7 +147,7 @@ fn model(
         return Err(reading.wrong(span, format!("an object has at most {MOST_LEVELS} levels")));
     }
 
-    let mut coarser: Vec<(Arc<Cut>, f64)> = Vec::new();
+    let mut coarser: Vec<(Arc<NodeSplit>, f64)> = Vec::new();
     for level in &table.levels {
         let level = level.get_ref();
         let before = coarser.last().map_or(f64::INFINITY, |(_, below)| *below);
@@ -177,19 +178,19 @@ fn model(
     let rest = Model::new(finest.rest.clone(), levels);
     let form = Arc::new(if rests.is_empty() { rest } else { rest.seen_with(size) }).into();
 
-    Ok(Look { form, files, notes, nodes: looks.collect() })
+    Ok(Appearance { form, files, notes, nodes: looks.collect() })
 }
 
 /// Diameter of the sphere around the box of all levels, nodes at rest included, metres.
-fn whole_size(finest: &Cut, coarser: &[(Arc<Cut>, f64)]) -> f64 {
+fn whole_size(finest: &NodeSplit, coarser: &[(Arc<NodeSplit>, f64)]) -> f64 {
     let all = coarser.iter().map(|(cut, _)| cut.corners);
     let [low, high] = all.fold(finest.corners, |[low, high], [least, most]| [low.min(least), high.max(most)]);
     (high - low).length()
 }
 
 /// The node of that number, of a model of `size` metres: it is seen down to the first level that has no such node, which shows it at rest.
-fn node_model(index: usize, finest: &Cut, coarser: &[(Arc<Cut>, f64)], size: f64) -> Model {
-    let mesh = |cut: &Cut| cut.nodes[index].as_ref().ok().map(|node| node.mesh.clone());
+fn node_model(index: usize, finest: &NodeSplit, coarser: &[(Arc<NodeSplit>, f64)], size: f64) -> Model {
+    let mesh = |cut: &NodeSplit| cut.nodes[index].as_ref().ok().map(|node| node.mesh.clone());
     let own = coarser.iter().map_while(|(cut, below)| Some(Level { mesh: mesh(cut)?, below: *below }));
     let first_without = coarser.iter().find(|(cut, _)| mesh(cut).is_none());
     let hidden = first_without.map_or(0.0, |(_, below)| *below);

@@ -34,11 +34,11 @@ use std::path::{Path, PathBuf};
 
 pub use cast::{Cast, Scenery};
 pub(crate) use light::unit as scatter;
-pub use light::{Anchor, Flash, Lamp, Layout, Light, Rhythm};
+pub use light::{Anchor, Flash, Lamp, LampLayout, Light, Rhythm};
 pub use part::Part;
 pub use picture::{Dither, Finish, Hud, Tone};
-pub use plume::{Kind as PlumeKind, Plume};
-pub use precipitation::{Cover, Kind as PrecipitationKind, Precipitation};
+pub use plume::{Plume, PlumeKind};
+pub use precipitation::{GroundCover, Precipitation, PrecipitationKind};
 pub use weather::{Clouds, Fog, Weather};
 
 use glam::DVec2;

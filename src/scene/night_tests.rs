@@ -44,9 +44,9 @@ fn what_falls_lies_on_the_ground_unless_the_scene_says_otherwise() {
     let weather = |text: &str| read(text).unwrap().weather;
     let rain = weather("[precipitation]\nkind = \"rain\"\nrate_mm_h = 5\nwind_mps = [2, -1]");
     let falls = Precipitation { kind: PrecipitationKind::Rain, rate: 5.0, wind: [2.0, -1.0] };
-    assert_eq!((rain.precipitation, rain.ground), (Some(falls), Cover { wet: 1.0, snow: 0.0 }));
+    assert_eq!((rain.precipitation, rain.ground), (Some(falls), GroundCover { wet: 1.0, snow: 0.0 }));
     let snow = weather("[precipitation]\nkind = \"snow\"\nrate_mm_h = 1\n[ground]\nsnow = 0.25\nwet = 0.5");
-    assert_eq!(snow.ground, Cover { wet: 0.5, snow: 0.25 });
+    assert_eq!(snow.ground, GroundCover { wet: 0.5, snow: 0.25 });
     assert_eq!(weather("[ground]\nsnow = 1").ground.snow, 1.0);
 }
 

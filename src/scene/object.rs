@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::form::Kind;
+use super::form::FormKind;
 use super::look::{LevelTable, Up, look};
 use super::model::{Models, Origin};
 use super::part::{Whole, parts, refuse_keys};
@@ -29,7 +29,7 @@ const MOST_NAME: usize = 200;
 #[serde(deny_unknown_fields, expecting = "a table [[object]] or [[object.part]]")]
 pub(super) struct ObjectTable {
     pub name: String,
-    pub shape: Option<Spanned<Kind>>,
+    pub shape: Option<Spanned<FormKind>>,
     pub radius_m: Option<Spanned<f64>>,
     pub radii_m: Option<Spanned<Vec<f64>>>,
     pub size_m: Option<Spanned<Vec<f64>>>,
@@ -74,7 +74,7 @@ pub(super) struct ObjectTable {
 impl ObjectTable {
     /// Whether it says how long a line is.
     pub fn is_line(&self) -> bool {
-        self.shape.as_ref().is_some_and(|kind| matches!(kind.get_ref(), Kind::Line))
+        self.shape.as_ref().is_some_and(|kind| matches!(kind.get_ref(), FormKind::Line))
     }
 
     /// Whether it leans as the ground below it does.

@@ -8,7 +8,7 @@ use glam::{DMat3, DVec3};
 use toml::Spanned;
 
 use super::Object;
-use super::joint::{Axes, COLUMNS, Course, Joint};
+use super::joint::{Axes, COLUMNS, Joint, JointCourse};
 use super::look::{NodeLook, look};
 use super::model::{Models, Rest};
 use super::object::{ObjectTable, check_name};
@@ -124,7 +124,7 @@ fn refuse_looks(reading: &Reading<'_>, table: &ObjectTable) -> Result<()> {
 }
 
 /// A part while it is read.
-struct Entry<'t> {
+struct PartEntry<'t> {
     table: &'t ObjectTable,
     span: Range<usize>,
     /// Name in messages.
@@ -160,7 +160,7 @@ pub(super) fn parts(
     // Where each is on the object while nothing turns.
     let mut at_rest: Vec<Axes> = Vec::with_capacity(order.len());
     for (_, index) in &order {
-        let Entry { table: own, span, whose, node, parent } = &entries[*index];
+        let PartEntry { table: own, span, whose, node, parent } = &entries[*index];
         let parent = parent.and_then(number_of);
         let below = parent.map_or(Axes { origin: DVec3::ZERO, turn: DMat3::IDENTITY }, |at| at_rest[at]);
 
@@ -202,12 +202,16 @@ pub(super) fn parts(
 }
 
 /// Checks names, and finds what each part goes with.
-fn entries<'t>(reading: &Reading<'_>, object: &'t ObjectTable, nodes: &[NodeLook]) -> Result<Vec<Entry<'t>>> {
+fn entries<'t>(
+    reading: &Reading<'_>,
+    object: &'t ObjectTable,
+    nodes: &[NodeLook],
+) -> Result<Vec<PartEntry<'t>>> {
     if let Some(beyond) = object.part.get(MOST_PARTS) {
         return Err(reading.wrong(beyond.span(), format!("an object has at most {MOST_PARTS} parts")));
     }
 
-    let mut entries: Vec<Entry<'t>> = Vec::new();
+    let mut entries: Vec<PartEntry<'t>> = Vec::new();
     let mut node_entries = Vec::with_capacity(nodes.len());
     for table in &object.part {
         let (span, table) = (table.span(), table.get_ref());
@@ -231,11 +235,11 @@ fn entries<'t>(reading: &Reading<'_>, object: &'t ObjectTable, nodes: &[NodeLook
             node_entries.push(entries.len());
         }
 
-        entries.push(Entry { table, span, whose, node, parent: None });
+        entries.push(PartEntry { table, span, whose, node, parent: None });
     }
 
     for index in 0..entries.len() {
-        let Entry { table, whose, node, .. } = &entries[index];
+        let PartEntry { table, whose, node, .. } = &entries[index];
         let parent = match (&table.parent, node) {
             (Some(name), _) => {
                 let found = entries.iter().position(|other| other.table.name == *name.get_ref());
@@ -255,7 +259,7 @@ fn entries<'t>(reading: &Reading<'_>, object: &'t ObjectTable, nodes: &[NodeLook
 }
 
 /// Counts the parts that a part goes with, one on the other.
-fn depth(reading: &Reading<'_>, entries: &[Entry<'_>], entry: &Entry<'_>) -> Result<usize> {
+fn depth(reading: &Reading<'_>, entries: &[PartEntry<'_>], entry: &PartEntry<'_>) -> Result<usize> {
     let above = std::iter::successors(entry.parent, |parent| entries[*parent].parent);
     let depth = above.take(entries.len() + 1).count();
     if depth > entries.len() {
@@ -275,13 +279,13 @@ fn joint(
     start: f64,
 ) -> Result<Joint> {
     let keys = [&table.yaw_deg, &table.pitch_deg, &table.roll_deg, &table.angle_deg];
-    let mut courses = [const { Course::Constant(0.0) }; 7];
+    let mut courses = [const { JointCourse::Constant(0.0) }; 7];
     for ((course, column), key) in courses.iter_mut().zip(COLUMNS).zip(keys) {
         if let Some(value) = key {
             let holds = |degrees: f64| degrees.abs() <= 360.0;
             let degrees =
                 reading.number(column.name, value, holds, "must lie between -360 and 360 degrees")?;
-            *course = Course::Constant(degrees);
+            *course = JointCourse::Constant(degrees);
         }
     }
 
@@ -293,7 +297,7 @@ fn joint(
                 reading.wrong(value.span(), format!("the table of angles says {key}, too; leave one out"))
             );
         }
-        courses[index] = Course::Given(samples);
+        courses[index] = JointCourse::Given(samples);
     }
 
     let axis = match &table.axis {

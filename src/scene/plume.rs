@@ -35,7 +35,7 @@ const DIFFERS: f64 = 0.35;
 #[serde(deny_unknown_fields, expecting = "a table [[plume]]")]
 pub(super) struct PlumeTable {
     name: Option<String>,
-    kind: Option<Spanned<Kind>>,
+    kind: Option<Spanned<PlumeKind>>,
     at: Option<Spanned<Vec<f64>>>,
     at_lonlat: Option<Spanned<Vec<f64>>>,
     altitude: Option<Spanned<Above>>,
@@ -55,7 +55,7 @@ pub(super) struct PlumeTable {
 /// Matter of a plume.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Kind {
+pub enum PlumeKind {
     /// Dark, and rises.
     Smoke,
     /// White, and soon gone.
@@ -76,7 +76,7 @@ pub struct Plume {
     /// Offset from there, right, forward and up, metres.
     pub offset: DVec3,
     /// Matter of the plume.
-    pub kind: Kind,
+    pub kind: PlumeKind,
     /// Linear Rec. 709 reflectance, 0…1.
     pub albedo: Vec3,
     /// Share of what is behind it that a fresh puff hides in its middle, 0 ≤ … < 1.
@@ -98,11 +98,11 @@ pub struct Plume {
 }
 
 /// Numbers of a kind: colour, opacity, size, growth, rise, life, rate.
-fn presets(kind: Kind) -> ([u8; 3], [f64; 6]) {
+fn presets(kind: PlumeKind) -> ([u8; 3], [f64; 6]) {
     match kind {
-        Kind::Smoke => ([70, 68, 66], [0.6, 3.0, 1.2, 2.5, 20.0, 8.0]),
-        Kind::Steam => ([250; 3], [0.5, 2.0, 1.5, 2.0, 6.0, 10.0]),
-        Kind::Dust => ([176, 156, 126], [0.35, 3.0, 1.5, 0.3, 8.0, 10.0]),
+        PlumeKind::Smoke => ([70, 68, 66], [0.6, 3.0, 1.2, 2.5, 20.0, 8.0]),
+        PlumeKind::Steam => ([250; 3], [0.5, 2.0, 1.5, 2.0, 6.0, 10.0]),
+        PlumeKind::Dust => ([176, 156, 126], [0.35, 3.0, 1.5, 0.3, 8.0, 10.0]),
     }
 }
 
@@ -132,7 +132,7 @@ pub(super) fn plume(reading: &Reading<'_>, table: Spanned<PlumeTable>, number: u
     };
 
     let anchor = place.anchor(reading, table.object.as_ref())?;
-    if let (Kind::Dust, Anchor::At(_)) = (kind, &anchor) {
+    if let (PlumeKind::Dust, Anchor::At(_)) = (kind, &anchor) {
         return Err(reading.wrong(given.span(), "dust is whirled up by what moves; give object"));
     }
 
@@ -201,11 +201,11 @@ pub(super) fn plume(reading: &Reading<'_>, table: Spanned<PlumeTable>, number: u
 
 /// Plumes over a database.
 #[derive(Debug, Clone, Default)]
-pub(super) struct PlumeCast(Vec<(Plume, Source)>);
+pub(super) struct PlumeCast(Vec<(Plume, PuffSource)>);
 
 /// Source of puffs.
 #[derive(Debug, Clone, Copy)]
-enum Source {
+enum PuffSource {
     Actor(usize),
     Place(DVec3),
 }
@@ -231,13 +231,13 @@ impl PlumeCast {
             }
 
             let source = match &plume.anchor {
-                Anchor::On(object) => Source::Actor(
+                Anchor::On(object) => PuffSource::Actor(
                     actor(object).ok_or_else(|| wrong(&format!("there is no object `{object}`")))?,
                 ),
                 Anchor::At(track) => {
                     let options = BindOptions { level: false, hfov: 60.0, clearance: None };
                     let bound = Trajectory::bind(track, crs, ground, &options);
-                    Source::Place(bound.map_err(|error| wrong(&error.to_string()))?.pose_at(0.0).eye)
+                    PuffSource::Place(bound.map_err(|error| wrong(&error.to_string()))?.pose_at(0.0).eye)
                 }
             };
 
@@ -261,8 +261,8 @@ impl PlumeCast {
                 }
 
                 let (from, speed) = match source {
-                    Source::Place(place) => (*place + plume.offset, 0.0),
-                    Source::Actor(actor) => {
+                    PuffSource::Place(place) => (*place + plume.offset, 0.0),
+                    PuffSource::Actor(actor) => {
                         let (Some(now), Some(before)) = (pose(*actor, born), pose(*actor, born - STEP))
                         else {
                             continue;
@@ -284,7 +284,7 @@ impl PlumeCast {
 impl Plume {
     /// The puff of a number, `age` seconds after it came from a place that moved at a speed, metres per second.
     fn puff(&self, number: i64, age: f64, from: DVec3, speed: f64) -> Option<Puff> {
-        let strength = if self.kind == Kind::Dust { (speed / DUSTY).min(1.0) } else { 1.0 };
+        let strength = if self.kind == PlumeKind::Dust { (speed / DUSTY).min(1.0) } else { 1.0 };
         let part = age / self.life;
         let fades = (part / COMES).min(1.0) * ((1.0 - part) / GOES).clamp(0.0, 1.0);
         let fresh = 0.25 * self.size * (1.0 + DIFFERS * scatter(number, 3));
@@ -314,7 +314,7 @@ mod tests {
             line: 1,
             anchor: Anchor::On("x".into()),
             offset: DVec3::ZERO,
-            kind: Kind::Smoke,
+            kind: PlumeKind::Smoke,
             albedo: Vec3::splat(0.1),
             opacity: 0.5,
             size: 4.0,
@@ -332,7 +332,7 @@ mod tests {
     }
 
     fn at(plume: &Plume, seconds: f64) -> Vec<Puff> {
-        PlumeCast(vec![(plume.clone(), Source::Actor(0))]).at(seconds, |_, seconds| Some(pose(seconds)))
+        PlumeCast(vec![(plume.clone(), PuffSource::Actor(0))]).at(seconds, |_, seconds| Some(pose(seconds)))
     }
 
     #[test]
@@ -361,8 +361,8 @@ mod tests {
 
     #[test]
     fn dust_needs_speed_and_smoke_a_start() {
-        let dust = Plume { kind: Kind::Dust, ..smoke() };
-        let still = PlumeCast(vec![(dust.clone(), Source::Actor(0))]).at(20.0, |_, _| Some(pose(1.0)));
+        let dust = Plume { kind: PlumeKind::Dust, ..smoke() };
+        let still = PlumeCast(vec![(dust.clone(), PuffSource::Actor(0))]).at(20.0, |_, _| Some(pose(1.0)));
         assert!(still.is_empty() && !at(&dust, 20.0).is_empty());
         assert!(at(&Plume { start: Some(19.0), ..smoke() }, 20.0).len() <= 6);
         assert!(at(&Plume { start: Some(21.0), ..smoke() }, 20.0).is_empty());

@@ -15,7 +15,7 @@ const FASTEST: f64 = 100.0;
 /// Kind of precipitation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Kind {
+pub enum PrecipitationKind {
     /// Drops.
     Rain,
     /// Flakes.
@@ -26,7 +26,7 @@ pub enum Kind {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Precipitation {
     /// Kind of precipitation.
-    pub kind: Kind,
+    pub kind: PrecipitationKind,
     /// Millimetres of water an hour, more than 0 and at most 300.
     pub rate: f64,
     /// Eastward and northward, metres per second, 100 at most.
@@ -35,7 +35,7 @@ pub struct Precipitation {
 
 /// Cover of the ground by water and snow.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Cover {
+pub struct GroundCover {
     /// Wetness, 0…1.
     pub wet: f64,
     /// Share of ground that is not too steep which is white, 0…1.
@@ -47,8 +47,8 @@ impl Precipitation {
     /// for each millimetre an hour (Rasmussen, Vivekanandan, Cole, Myers and Masters 1999, *Journal of Applied Meteorology* 38, 1542–1563).
     pub fn visibility(&self) -> f64 {
         match self.kind {
-            Kind::Rain => 11_600.0 * self.rate.powf(-0.63),
-            Kind::Snow => 1000.0 / self.rate,
+            PrecipitationKind::Rain => 11_600.0 * self.rate.powf(-0.63),
+            PrecipitationKind::Snow => 1000.0 / self.rate,
         }
     }
 
@@ -58,7 +58,7 @@ impl Precipitation {
     }
 }
 
-impl Cover {
+impl GroundCover {
     /// Whether its values lie within their ranges.
     pub(super) fn is_sound(&self) -> bool {
         is_share(self.wet) && is_share(self.snow)
@@ -80,7 +80,7 @@ fn is_share(share: f64) -> bool {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, expecting = "the table [precipitation]")]
 pub(super) struct PrecipitationTable {
-    kind: Kind,
+    kind: PrecipitationKind,
     rate_mm_h: Spanned<f64>,
     wind_mps: Option<Spanned<Vec<f64>>>,
 }
@@ -120,12 +120,15 @@ impl PrecipitationTable {
 
 impl GroundTable {
     /// Reads the table; what it leaves out follows from the precipitation.
-    pub fn read(&self, reading: &Reading<'_>, falls: Option<&Precipitation>) -> Result<Cover> {
-        let share = |key: &str, value: &Option<Spanned<f64>>, kind: Kind| match value {
+    pub fn read(&self, reading: &Reading<'_>, falls: Option<&Precipitation>) -> Result<GroundCover> {
+        let share = |key: &str, value: &Option<Spanned<f64>>, kind: PrecipitationKind| match value {
             Some(value) => reading.number(key, value, is_share, "must be 0 to 1"),
             None => Ok(if falls.is_some_and(|falls| falls.kind == kind) { 1.0 } else { 0.0 }),
         };
-        Ok(Cover { wet: share("wet", &self.wet, Kind::Rain)?, snow: share("snow", &self.snow, Kind::Snow)? })
+        Ok(GroundCover {
+            wet: share("wet", &self.wet, PrecipitationKind::Rain)?,
+            snow: share("snow", &self.snow, PrecipitationKind::Snow)?,
+        })
     }
 }
 
@@ -136,10 +139,11 @@ mod tests {
     #[test]
     fn heavier_falls_hide_more_and_snow_more_than_rain() {
         let visibility = |kind, rate| Precipitation { kind, rate, wind: [0.0; 2] }.visibility();
-        assert!((visibility(Kind::Rain, 1.0) - 11_600.0).abs() < 1e-9);
-        assert!((visibility(Kind::Rain, 25.0) - 1527.0).abs() < 20.0);
+        assert!((visibility(PrecipitationKind::Rain, 1.0) - 11_600.0).abs() < 1e-9);
+        assert!((visibility(PrecipitationKind::Rain, 25.0) - 1527.0).abs() < 20.0);
         assert!(
-            visibility(Kind::Snow, 2.0) == 500.0 && visibility(Kind::Snow, 2.0) < visibility(Kind::Rain, 2.0)
+            visibility(PrecipitationKind::Snow, 2.0) == 500.0
+                && visibility(PrecipitationKind::Snow, 2.0) < visibility(PrecipitationKind::Rain, 2.0)
         );
     }
 }

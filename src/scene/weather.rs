@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::{Cover, Precipitation};
+use super::{GroundCover, Precipitation};
 use hedgehop_base::document::Reading;
 use hedgehop_base::error::Result;
 
@@ -38,7 +38,7 @@ pub struct Weather {
     /// Rain or snow.
     pub precipitation: Option<Precipitation>,
     /// Cover of the ground.
-    pub ground: Cover,
+    pub ground: GroundCover,
 }
 
 /// Clouds between two heights.

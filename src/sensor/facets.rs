@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{Vec2, Vec3};
 
 use super::VisualSensor;
-use crate::raymarch::scan::{Facet, FacetLight};
+use crate::raymarch::scan::{FaceDirection, FacetLight};
 use crate::sunlight::{SHADE_APRON, ShadePage, Shades};
 use crate::voxel::{PageId, PageSource, Span};
 use hedgehop_base::colour::linear_from_srgb8;
@@ -56,20 +56,20 @@ impl Facets {
         ShadedFacets { facets: self, source, shades, latest: None }
     }
 
-    fn light(&self, span: &Span, facet: Facet, sun: f32) -> Vec3 {
+    fn light(&self, span: &Span, facet: FaceDirection, sun: f32) -> Vec3 {
         let albedo = |colour: [u8; 3]| Vec3::from_array(colour.map(|code| self.albedo[usize::from(code)]));
         match facet {
-            Facet::Side(facing) => {
+            FaceDirection::Side(facing) => {
                 let [shaded, direct] = self.walls[usize::from(facing)];
                 albedo(span.side) * (shaded + direct * sun)
             }
-            Facet::Top(slope) => {
+            FaceDirection::Top(slope) => {
                 let [east, north] = slope.map(|slope| f32::from(slope) / Span::SLOPE_STEPS);
                 let normal = Vec3::new(-east, -north, 1.0).normalize();
                 let albedo = self.sensor.snowed_on(normal, albedo(span.top));
                 albedo * self.sensor.daylight().on_body(normal, sun)
             }
-            Facet::Bottom => albedo(span.side) * self.below,
+            FaceDirection::Bottom => albedo(span.side) * self.below,
         }
     }
 }
@@ -89,7 +89,7 @@ impl ShadedFacets<'_> {
 
 impl FacetLight for ShadedFacets<'_> {
     #[inline]
-    fn light(&mut self, page: PageId, voxel: [u32; 2], span: &Span, facet: Facet) -> [f32; 3] {
+    fn light(&mut self, page: PageId, voxel: [u32; 2], span: &Span, facet: FaceDirection) -> [f32; 3] {
         let sun = self.sun(page, voxel);
         self.facets.light(span, facet, sun).to_array()
     }

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use crate::raymarch::SurfaceSample;
-use crate::scene::Cover;
+use crate::scene::GroundCover;
 use crate::simd::{Floats, Simd};
 use crate::sunlight::{Daylight, Sun};
 
@@ -12,7 +12,7 @@ use crate::sunlight::{Daylight, Sun};
 #[derive(Debug, Clone, Copy)]
 pub struct VisualSensor {
     daylight: Daylight,
-    cover: Cover,
+    cover: GroundCover,
 }
 
 /// Ratio in which a film of water on the ground holds back the light that enters it: the square of its refractive index (Ångström 1925, *Geografiska Annaler* 7, 323–342).
@@ -27,12 +27,12 @@ const HOLDS: [f32; 2] = [0.53, 0.79];
 impl VisualSensor {
     /// A sensor under `sun`.
     pub fn new(sun: Sun) -> Self {
-        Self { daylight: Daylight::new(sun), cover: Cover::default() }
+        Self { daylight: Daylight::new(sun), cover: GroundCover::default() }
     }
 
     /// The same over ground that is wet, or white.
     #[must_use]
-    pub fn covered(self, cover: Cover) -> Self {
+    pub fn covered(self, cover: GroundCover) -> Self {
         Self { cover, ..self }
     }
 
@@ -118,11 +118,11 @@ mod tests {
     #[test]
     fn wet_ground_is_darker_and_snow_lies_where_it_is_not_steep() {
         let dry = VisualSensor::new(Sun::default());
-        let wet = dry.covered(Cover { wet: 1.0, snow: 0.0 });
+        let wet = dry.covered(GroundCover { wet: 1.0, snow: 0.0 });
         // Ångström's figures for n = 1.33: 0.124 of 0.2.
         assert!((wet.radiance(&sample(Vec3::Z)).x - 0.1238).abs() < 1e-3);
         assert!(wet.wetted(1.0) == 1.0 && wet.wetted(0.0) == 0.0 && dry.wetted(0.3) == 0.3);
-        let white = dry.covered(Cover { wet: 0.0, snow: 1.0 });
+        let white = dry.covered(GroundCover { wet: 0.0, snow: 1.0 });
         assert!((white.radiance(&sample(Vec3::Z)) - Vec3::from_array(SNOW)).length() < 1e-6);
         let cliff = sample(Vec3::new(0.0, -0.9, 0.19_f32.sqrt()));
         assert_eq!(white.radiance(&cliff), dry.radiance(&cliff));

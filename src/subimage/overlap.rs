@@ -79,7 +79,7 @@ impl Farm {
         render: &(impl Fn(&Farm, &C) -> Result<R> + Sync),
         mut deliver: impl FnMut(u64, R) -> Result<()>,
     ) -> Result<()> {
-        let window = Window::new(batch.frames.len(), in_flight);
+        let window = OverlapWindow::new(batch.frames.len(), in_flight);
         let drive = |driver: usize| {
             while let Some(index) = window.begin(batch.observer) {
                 let _begun = Begun { window: &window, index };
@@ -128,14 +128,14 @@ fn interrupted() -> Error {
 }
 
 /// Frames in flight.
-struct Window<R> {
+struct OverlapWindow<R> {
     count: usize,
     in_flight: usize,
-    state: Mutex<State<R>>,
+    state: Mutex<OverlapState<R>>,
     changed: Condvar,
 }
 
-struct State<R> {
+struct OverlapState<R> {
     /// First frame that no driver has begun.
     next: usize,
     /// Frames whose delivery has ended.
@@ -146,17 +146,17 @@ struct State<R> {
     finished: BTreeMap<usize, Result<R>>,
 }
 
-impl<R> Window<R> {
+impl<R> OverlapWindow<R> {
     fn new(count: usize, in_flight: usize) -> Self {
-        let state = State { next: 0, delivered: 0, closed: false, finished: BTreeMap::new() };
+        let state = OverlapState { next: 0, delivered: 0, closed: false, finished: BTreeMap::new() };
         Self { count, in_flight, state: Mutex::new(state), changed: Condvar::new() }
     }
 
-    fn state(&self) -> MutexGuard<'_, State<R>> {
+    fn state(&self) -> MutexGuard<'_, OverlapState<R>> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn wait<'a>(&self, state: MutexGuard<'a, State<R>>) -> MutexGuard<'a, State<R>> {
+    fn wait<'a>(&self, state: MutexGuard<'a, OverlapState<R>>) -> MutexGuard<'a, OverlapState<R>> {
         self.changed.wait(state).unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -210,7 +210,7 @@ impl<R> Window<R> {
 /// A frame that a driver has begun. Should the driver panic, it has an error for a result, so that nobody waits for it;
 /// the panic goes on when the driver is joined.
 struct Begun<'a, R> {
-    window: &'a Window<R>,
+    window: &'a OverlapWindow<R>,
     index: usize,
 }
 
@@ -223,7 +223,7 @@ impl<R> Drop for Begun<'_, R> {
 }
 
 /// Lets no frame begin once it is dropped, however that comes.
-struct Closing<'a, R>(&'a Window<R>);
+struct Closing<'a, R>(&'a OverlapWindow<R>);
 
 impl<R> Drop for Closing<'_, R> {
     fn drop(&mut self) {

@@ -10,12 +10,12 @@ use hedgehop_base::error::Result;
 pub(super) const NONE: f32 = -1.0e30;
 
 /// Reads rows across a course.
-pub(super) struct Rows<'a> {
+pub(super) struct CourseRows<'a> {
     pub source: &'a dyn PageSource,
     pub course: &'a Course,
 }
 
-impl Rows<'_> {
+impl CourseRows<'_> {
     /// Heights of a level's posts from `first` on along a row, metres; [`NONE`] beside the area and where there is no surface. Where a page is absent the
     /// next coarser level stands in.
     pub fn read(&self, level: u8, row: i64, first: i64, target: &mut [f32]) -> Result<()> {

@@ -7,10 +7,10 @@ use std::sync::Arc;
 
 use super::Sun;
 use super::course::{Course, Leg};
-use super::rows::{NONE, Rows, mix};
+use super::rows::{CourseRows, NONE, mix};
 use super::sweep::{Crossing, Shadow, Step, carry};
 use crate::simd::{Isa, Kernel, Simd};
-use crate::voxel::{APRON, Bytes, Derived, Header, PAGE_SIDE, PageId, PageSource, RADIX};
+use crate::voxel::{APRON, Bytes, Header, KeyedCache, PAGE_SIDE, PageId, PageSource, RADIX};
 use hedgehop_base::error::Result;
 
 /// Posts around a page whose share of the sun is told with it.
@@ -144,7 +144,7 @@ impl Shade {
         let mut shares = vec![ALL as u8; stride * (height - 2 * (APRON as usize - apron))];
         let [rows, posts] = self.target(id);
         let (first, strands) = course.strands(&rows, &posts);
-        let reader = Rows { source, course };
+        let reader = CourseRows { source, course };
         let legs = course.legs(id.level, self.begin(&rows), (first, strands));
         let mut shadow = carry(&reader, &legs, strands, self.isa)?;
         let step = Step::of(course, id.level);
@@ -247,13 +247,13 @@ impl Kernel for Lighting<'_> {
 #[derive(Debug)]
 pub struct Shades {
     shade: Shade,
-    pages: Derived<PageId, Arc<ShadePage>>,
+    pages: KeyedCache<PageId, Arc<ShadePage>>,
 }
 
 impl Shades {
     /// Nothing is known yet, and at most `budget` bytes are kept besides what the latest frames used.
     pub fn new(shade: Shade, budget: usize) -> Self {
-        Self { shade, pages: Derived::new(budget) }
+        Self { shade, pages: KeyedCache::new(budget) }
     }
 
     /// Returns how the sun falls.

@@ -1,7 +1,7 @@
 //! Shadows, carried away from the sun.
 
 use super::course::{Course, Leg};
-use super::rows::{NONE, Rows, mix};
+use super::rows::{CourseRows, NONE, mix};
 use crate::simd::{Isa, Kernel, Simd};
 use hedgehop_base::error::Result;
 
@@ -93,7 +93,7 @@ impl Shadow {
 }
 
 /// Carries shadows over `legs`, the last of which comes first, to where that ends.
-pub(super) fn carry(rows: &Rows<'_>, legs: &[Leg], strands: usize, isa: Isa) -> Result<Shadow> {
+pub(super) fn carry(rows: &CourseRows<'_>, legs: &[Leg], strands: usize, isa: Isa) -> Result<Shadow> {
     let course = rows.course;
     let mut carried: Option<(Shadow, &Leg)> = None;
     let mut row = Vec::new();

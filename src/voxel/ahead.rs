@@ -13,10 +13,10 @@ const STRETCH: u64 = 32 << 20;
 
 /// Flushes one file from time to time.
 #[derive(Debug, Default)]
-pub(super) struct Ahead(Mutex<State>);
+pub(super) struct Ahead(Mutex<WritebackState>);
 
 #[derive(Debug, Default)]
-struct State {
+struct WritebackState {
     /// Bytes since the last flush was asked for.
     written: u64,
     flusher: Option<Flusher>,
@@ -57,7 +57,7 @@ impl Ahead {
         thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
     }
 
-    fn lock(&self) -> MutexGuard<'_, State> {
+    fn lock(&self) -> MutexGuard<'_, WritebackState> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -26,7 +26,7 @@ pub struct Arrays<'a> {
 
 /// Spans on level 1 of an area, and the bare ground under them.
 #[derive(Debug, Clone, Copy)]
-pub struct Standing<'a> {
+pub struct SpanArrays<'a> {
     /// Heights of the bare ground's posts, metres, `[ny][nx]`; NaN where there is none.
     pub heights: &'a [f64],
     /// Colours of the ground, sRGB-encoded, `[ny][nx]`.
@@ -57,7 +57,11 @@ pub fn build_in_memory(
 }
 
 /// The same with what stands on the ground; the arrays have the highest surface, which is what is seen from afar.
-pub fn build_standing(arrays: &Arrays<'_>, standing: &Standing<'_>, metadata: &Metadata) -> Result<MemPages> {
+pub fn build_standing(
+    arrays: &Arrays<'_>,
+    standing: &SpanArrays<'_>,
+    metadata: &Metadata,
+) -> Result<MemPages> {
     arrays.check()?;
     Arrays { heights: standing.heights, colours: standing.colours, ..*arrays }.check()?;
     let (_, (low, high)) = arrays.height_code()?;
@@ -77,7 +81,7 @@ pub fn build_standing(arrays: &Arrays<'_>, standing: &Standing<'_>, metadata: &M
 
 fn in_memory(
     arrays: &Arrays<'_>,
-    standing: Option<&Standing<'_>>,
+    standing: Option<&SpanArrays<'_>>,
     code: HeightCode,
     range: (f64, f64),
     metadata: &Metadata,
@@ -95,7 +99,7 @@ fn in_memory(
     MemPages::new(name, storage.take())
 }
 
-impl Standing<'_> {
+impl SpanArrays<'_> {
     /// Placements as a page has them.
     fn placed_on(&self, id: PageId) -> Vec<Placement> {
         let here = |(first, placement): &([i64; 2], Placement)| {

@@ -64,7 +64,7 @@ impl Storage for MemoryStorage {
     }
 }
 
-struct Shared {
+struct AssemblyState {
     /// Path that errors name.
     path: PathBuf,
     storage: Arc<dyn Storage>,
@@ -72,7 +72,7 @@ struct Shared {
     directory: RwLock<Directory>,
 }
 
-impl std::fmt::Debug for Shared {
+impl std::fmt::Debug for AssemblyState {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Shared").field("path", &self.path).field("grid", &self.grid).finish_non_exhaustive()
     }
@@ -81,7 +81,7 @@ impl std::fmt::Debug for Shared {
 /// A database that is being put together.
 #[derive(Debug)]
 pub(super) struct Assembly {
-    shared: Arc<Shared>,
+    shared: Arc<AssemblyState>,
     heights: HeightCode,
     /// First byte behind the last page.
     end: u64,
@@ -94,7 +94,7 @@ impl Assembly {
         let invalid = |what| Error::invalid(path, what);
         grid.check().and_then(|()| heights.check()).map_err(invalid)?;
         let directory = RwLock::new(Directory::empty(&grid).map_err(invalid)?);
-        let shared = Shared { path: path.to_owned(), storage, grid, directory };
+        let shared = AssemblyState { path: path.to_owned(), storage, grid, directory };
         let most = largest_file(&grid);
         Ok(Self { shared: Arc::new(shared), heights, end: PAGE_ALIGNMENT, most })
     }
@@ -122,7 +122,7 @@ impl Assembly {
         entry: PageEntry,
         write: impl FnOnce(&dyn Storage, u64) -> io::Result<()>,
     ) -> Result<()> {
-        let Shared { path, grid, storage, .. } = &*self.shared;
+        let AssemblyState { path, grid, storage, .. } = &*self.shared;
         let refuse = |what: &str| Error::invalid(path, format!("{id}: {what}"));
         let size = grid.page_size(id).ok_or_else(|| refuse("the grid has no such page"))?;
         let [length, spans] = entry.lengths();
@@ -278,7 +278,7 @@ impl FixedHeader {
 /// Reads back pages of a database that is still being written.
 #[derive(Debug, Clone)]
 pub struct PageReadback {
-    shared: Arc<Shared>,
+    shared: Arc<AssemblyState>,
 }
 
 impl PageReadback {
@@ -296,7 +296,7 @@ impl PageReadback {
 
     /// Reads a page without a copy, as [`Self::page`] does with one: the page's bytes are read into `scratch`.
     pub fn page_into<'a>(&self, id: PageId, scratch: &'a mut AlignedBytes) -> Result<Option<PageView<'a>>> {
-        let Shared { path, storage, directory, .. } = &*self.shared;
+        let AssemblyState { path, storage, directory, .. } = &*self.shared;
         let invalid = |what| Error::invalid(path, format!("{id}: {what}"));
         let located = {
             let directory = directory.read().unwrap_or_else(PoisonError::into_inner);

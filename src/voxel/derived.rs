@@ -22,13 +22,13 @@ struct Entry<V> {
 
 /// Values by key. What was not used for longest makes room, but nothing that frames in flight may need.
 #[derive(Debug)]
-pub struct Derived<K, V> {
+pub struct KeyedCache<K, V> {
     budget: usize,
     frame: AtomicU64,
     entries: RwLock<HashMap<K, Entry<V>>>,
 }
 
-impl<K: Eq + Hash + Copy + Ord, V: Clone + Bytes> Derived<K, V> {
+impl<K: Eq + Hash + Copy + Ord, V: Clone + Bytes> KeyedCache<K, V> {
     /// Nothing yet, and at most `budget` bytes besides what the latest frames used.
     pub fn new(budget: usize) -> Self {
         Self { budget, frame: AtomicU64::new(0), entries: RwLock::default() }

@@ -37,12 +37,12 @@ mod version_7;
 mod window;
 mod writer;
 
-pub use arrays::{Arrays, Standing, build_in_memory, build_standing, write_arrays};
+pub use arrays::{Arrays, SpanArrays, build_in_memory, build_standing, write_arrays};
 pub use assembly::{PageReadback, most_page_bytes};
 pub use block_spans::BlockSpans;
 pub use bytes::AlignedBytes;
 pub use cut::Cut;
-pub use derived::{Bytes, Derived};
+pub use derived::{Bytes, KeyedCache};
 pub use directory::{Directory, ENTRY_BYTES, PageEntry};
 pub use earlier::{EarlierFile, EarlierPage};
 pub use grid::{BARE, Grid, HeightCode, MIN_LEVELS, PAGE_SIDE, PageId, RADIX};

@@ -22,7 +22,7 @@ use super::ahead::Ahead;
 use super::assembly::Storage;
 use super::format::{PAGE_ALIGNMENT, header as at};
 use super::undo::{
-    Ends, Range, Record, is_of_another, journal_of, recover, remove_journal, stage, write_journal,
+    ByteRange, Ends, Record, is_of_another, journal_of, recover, remove_journal, stage, write_journal,
 };
 
 /// Bytes that are compared, and overwritten, at once.
@@ -32,20 +32,20 @@ static GAP: [u8; PAGE_ALIGNMENT as usize] = [0; PAGE_ALIGNMENT as usize];
 
 /// Destination of a database that is being written: a file of its own, or for the time being nowhere.
 #[derive(Debug)]
-pub(super) struct Part {
+pub(super) struct PartFile {
     file: File,
-    patch: Mutex<Option<Patch>>,
+    patch: Mutex<Option<FileChange>>,
     ahead: Ahead,
 }
 
 /// A change that is being put together.
 #[derive(Debug)]
-struct Patch {
+struct FileChange {
     base: EarlierFile,
     /// State of the file when it was opened.
     known: Known,
     /// Ranges that stay, in the order of their coming.
-    kept: Vec<Range>,
+    kept: Vec<ByteRange>,
     held: BTreeMap<u64, Vec<u8>>,
     /// Bytes of `held`, and how many they may be.
     bytes: u64,
@@ -74,7 +74,7 @@ struct Piece<'a> {
     bytes: &'a [u8],
 }
 
-impl Part {
+impl PartFile {
     pub fn new(file: File) -> Self {
         Self { file, patch: Mutex::new(None), ahead: Ahead::default() }
     }
@@ -83,7 +83,7 @@ impl Part {
     pub fn patch(&self, base: &EarlierFile, most: u64) {
         let known = Known::of(base.file()).ok().filter(|_| cfg!(unix));
         // What is written twice, to the journal and in place, should be far less than all of it.
-        *self.lock() = known.map(|known| Patch {
+        *self.lock() = known.map(|known| FileChange {
             base: base.clone(),
             most: most.min(known.length / 4),
             known,
@@ -114,12 +114,12 @@ impl Part {
         Ok(false)
     }
 
-    fn lock(&self) -> MutexGuard<'_, Option<Patch>> {
+    fn lock(&self) -> MutexGuard<'_, Option<FileChange>> {
         self.patch.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Has the patch take what comes, or if it cannot, writes to the file what it has.
-    fn is_taken(&self, take: impl FnOnce(&mut Patch) -> io::Result<bool>) -> io::Result<bool> {
+    fn is_taken(&self, take: impl FnOnce(&mut FileChange) -> io::Result<bool>) -> io::Result<bool> {
         let mut guard = self.lock();
         let Some(patch) = &mut *guard else { return Ok(false) };
         if take(patch)? {
@@ -131,7 +131,7 @@ impl Part {
     }
 }
 
-impl Storage for Part {
+impl Storage for PartFile {
     fn write_at(&self, offset: u64, bytes: &[u8]) -> io::Result<()> {
         if self.is_taken(|patch| patch.hold(offset, bytes.len(), || Ok(bytes.to_vec())))? {
             return Ok(());
@@ -163,7 +163,7 @@ impl Storage for Part {
         };
         let is_taken = self.is_taken(|patch| match std::ptr::eq(file, patch.base.file()) {
             true if offset == from => {
-                patch.kept.push(Range { offset, length: length as u64 });
+                patch.kept.push(ByteRange { offset, length: length as u64 });
                 Ok(true)
             }
             true => Ok(false),
@@ -185,7 +185,7 @@ impl Storage for Part {
     }
 }
 
-impl Patch {
+impl FileChange {
     /// Holds what comes at a byte, unless that would be too much.
     fn hold(
         &mut self,
@@ -211,7 +211,7 @@ impl Patch {
 
     /// Writes all that came so far to a file.
     fn spill(&self, file: &File) -> io::Result<()> {
-        for Range { offset, length } in &self.kept {
+        for ByteRange { offset, length } in &self.kept {
             file.copy_from(*offset, self.base.file(), *offset, *length as usize)?;
         }
         self.held.iter().try_for_each(|(offset, bytes)| file.write_at(*offset, bytes))
@@ -262,9 +262,9 @@ impl Patch {
 
     /// Lists the pieces that the file does not have yet, but for the header; `None` if pages lie otherwise than they can.
     fn pieces(&self, length: u64) -> io::Result<Option<Vec<Piece<'_>>>> {
-        let mut all: Vec<(Range, Option<&[u8]>)> = self.kept.iter().map(|range| (*range, None)).collect();
+        let mut all: Vec<(ByteRange, Option<&[u8]>)> = self.kept.iter().map(|range| (*range, None)).collect();
         all.extend(self.held.iter().map(|(offset, bytes)| {
-            (Range { offset: *offset, length: bytes.len() as u64 }, Some(bytes.as_slice()))
+            (ByteRange { offset: *offset, length: bytes.len() as u64 }, Some(bytes.as_slice()))
         }));
         all.sort_unstable_by_key(|(range, _)| range.offset);
         let (mut pieces, mut end, mut scratch) = (Vec::new(), 0, Vec::new());
@@ -378,13 +378,13 @@ fn is_same(_: &File, _: &File) -> bool {
 }
 
 /// Ranges of the file that a change destroys.
-fn before(pieces: &[Piece<'_>], ends: &Ends) -> Vec<Range> {
+fn before(pieces: &[Piece<'_>], ends: &Ends) -> Vec<ByteRange> {
     let [length, new_length] = ends.lengths;
     let inside = |piece: &Piece<'_>| {
         let end = length.min(piece.offset + piece.bytes.len() as u64);
-        Range { offset: piece.offset, length: end.saturating_sub(piece.offset) }
+        ByteRange { offset: piece.offset, length: end.saturating_sub(piece.offset) }
     };
-    let cut = Range { offset: new_length, length: length.saturating_sub(new_length) };
+    let cut = ByteRange { offset: new_length, length: length.saturating_sub(new_length) };
     pieces.iter().map(inside).chain([cut]).filter(|range| range.length > 0).collect()
 }
 

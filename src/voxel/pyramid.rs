@@ -19,7 +19,7 @@ use std::ops::Range;
 
 use super::relief::{Moments, Relief, half_steps};
 use super::srgb::Averager;
-use super::window::{FinerPages, FinerWindow, Footprint, StandIn, VoxelBlock};
+use super::window::{FinerPages, FinerWindow, StandIn, VoxelBlock, WindowFootprint};
 use super::{APRON, Attributes, Grid, HeightCode, PageBuffer, PageId, RADIX, RELIEF_APRON, SpanTable};
 use hedgehop_base::error::{Error, Result};
 
@@ -42,7 +42,7 @@ pub fn sparse_page(
     heights: HeightCode,
     id: PageId,
 ) -> Result<PageBuffer> {
-    let footprint = Footprint::new(grid, id)
+    let footprint = WindowFootprint::new(grid, id)
         .ok_or_else(|| Error::Configuration(format!("{id}: not made from a finer level of this grid")))?;
     if let Some(attributes) = footprint.known_empty(finer) {
         let size = (footprint.own_x.len() as u32, footprint.own_y.len() as u32);
@@ -77,7 +77,7 @@ impl StandIn for Nothing<'_> {
 
 /// The coarse page from the finer voxels; `rise` is the slope of one step of height from one finer post to the next.
 fn coarsen(window: &FinerWindow, rise: f64) -> PageBuffer {
-    let Footprint { own_x, own_y, .. } = &window.footprint;
+    let WindowFootprint { own_x, own_y, .. } = &window.footprint;
     let (width, height) = (own_x.len() as u32, own_y.len() as u32);
     let (heights, colours) = means_with_apron(window);
     let relief = reliefs(window, &heights, rise);
@@ -99,7 +99,7 @@ fn coarsen(window: &FinerWindow, rise: f64) -> PageBuffer {
 
 /// Mean heights and colours of the page's voxels and apron.
 fn means_with_apron(window: &FinerWindow) -> (Vec<u16>, Vec<[u8; 3]>) {
-    let Footprint { own_x, own_y, coarse_x, coarse_y, finer_x, .. } = &window.footprint;
+    let WindowFootprint { own_x, own_y, coarse_x, coarse_y, finer_x, .. } = &window.footprint;
     let averager = Averager::new();
     let mut means = Vec::with_capacity(coarse_x.len() * coarse_y.len());
     for y in coarse_y.clone() {
@@ -133,7 +133,7 @@ fn means_with_apron(window: &FinerWindow) -> (Vec<u16>, Vec<[u8; 3]>) {
 
 /// Relief of the page's voxels and of those around it, `heights` (with apron) being the page's own.
 fn reliefs(window: &FinerWindow, heights: &[u16], rise: f64) -> Vec<Relief> {
-    let Footprint { own_x, own_y, coarse_x, coarse_y, finer_x, finer_y, .. } = &window.footprint;
+    let WindowFootprint { own_x, own_y, coarse_x, coarse_y, finer_x, finer_y, .. } = &window.footprint;
     let stride = own_x.len() + 2 * APRON as usize;
 
     // Beside the area lies what lies at its edge.
@@ -204,7 +204,7 @@ fn mean<'a>(averager: &Averager, rows: impl Iterator<Item = (&'a [u16], &'a [[u8
 fn extremes(window: &FinerWindow, plane: &[u16], heights: &[u16], key: impl Fn(u16) -> u16) -> Vec<u16> {
     let mut extremes = dilated_extremes(window, plane, &key);
     if !window.is_whole() {
-        let Footprint { own_x, own_y, coarse_x, coarse_y, .. } = &window.footprint;
+        let WindowFootprint { own_x, own_y, coarse_x, coarse_y, .. } = &window.footprint;
         let stride = own_x.len() + 2 * APRON as usize;
         let around =
             |at: u32, coarse: &Range<u32>| at.saturating_sub(1).max(coarse.start)..(at + 2).min(coarse.end);
@@ -230,7 +230,7 @@ fn extremes(window: &FinerWindow, plane: &[u16], heights: &[u16], key: impl Fn(u
 
 /// The greatest `key` of a plane over each of the page's voxels and the ring of finer ones around it.
 fn dilated_extremes(window: &FinerWindow, plane: &[u16], key: impl Fn(u16) -> u16) -> Vec<u16> {
-    let Footprint { own_x, own_y, finer_x, .. } = &window.footprint;
+    let WindowFootprint { own_x, own_y, finer_x, .. } = &window.footprint;
     let mut column_extremes = vec![0; window.width];
     let mut extremes = Vec::with_capacity(own_x.len() * own_y.len());
     for y in own_y.clone() {
@@ -249,7 +249,7 @@ fn dilated_extremes(window: &FinerWindow, plane: &[u16], key: impl Fn(u16) -> u1
 
 /// Attributes of the page's voxels.
 fn majorities(window: &FinerWindow) -> Vec<Attributes> {
-    let Footprint { own_x, own_y, finer_x, .. } = &window.footprint;
+    let WindowFootprint { own_x, own_y, finer_x, .. } = &window.footprint;
     let first = window.attributes[0];
     if window.is_whole() && window.attributes.iter().all(|attributes| *attributes == first) {
         return vec![first; own_x.len() * own_y.len()];

@@ -39,7 +39,7 @@ pub(super) type Record = [u8; at::SIZE];
 
 /// Bytes of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Range {
+pub(super) struct ByteRange {
     pub offset: u64,
     pub length: u64,
 }
@@ -55,7 +55,7 @@ pub(super) struct Ends {
 
 /// State of a file by its header.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum State {
+enum UndoState {
     /// Whole: as it was before the change, or as it is after it.
     Whole,
     /// The change was stopped.
@@ -65,23 +65,23 @@ enum State {
 }
 
 impl Ends {
-    fn state(&self, file: &File) -> io::Result<State> {
+    fn state(&self, file: &File) -> io::Result<UndoState> {
         let length = file.metadata()?.len();
         let mut record = [0; at::SIZE];
         if length < at::SIZE as u64 {
-            return Ok(State::Foreign);
+            return Ok(UndoState::Foreign);
         }
         file.read_at(0, &mut record)?;
         let [before, after] = &self.headers;
         if (0..2).any(|side| record == self.headers[side] && length == self.lengths[side]) {
-            return Ok(State::Whole);
+            return Ok(UndoState::Whole);
         }
         let [least, most] = [self.lengths[0].min(self.lengths[1]), self.lengths[0].max(self.lengths[1])];
         let is_torn = record
             .iter()
             .zip(before.iter().zip(after))
             .all(|(now, (b, a))| *now == 0 || now == b || now == a);
-        Ok(if is_torn && (least..=most).contains(&length) { State::Half } else { State::Foreign })
+        Ok(if is_torn && (least..=most).contains(&length) { UndoState::Half } else { UndoState::Foreign })
     }
 }
 
@@ -89,7 +89,7 @@ impl Ends {
 #[derive(Debug)]
 struct Journal {
     ends: Ends,
-    ranges: Vec<Range>,
+    ranges: Vec<ByteRange>,
     file: File,
 }
 
@@ -109,7 +109,7 @@ impl Journal {
         }
     }
 
-    fn parse(file: &File, length: u64) -> io::Result<Option<(Ends, Vec<Range>)>> {
+    fn parse(file: &File, length: u64) -> io::Result<Option<(Ends, Vec<ByteRange>)>> {
         if length < HEAD + HASH || !is_intact(file, length)? {
             return Ok(None);
         }
@@ -127,7 +127,7 @@ impl Journal {
         let mut ranges = Vec::new();
         let mut end = HEAD + count * ENTRY + HASH;
         for _ in 0..count {
-            let range = Range { offset: number(&mut reader)?, length: number(&mut reader)? };
+            let range = ByteRange { offset: number(&mut reader)?, length: number(&mut reader)? };
             let is_inside = range.offset.checked_add(range.length).is_some_and(|end| end <= lengths[0]);
             let Some(sum) = end.checked_add(range.length).filter(|_| is_inside) else { return Ok(None) };
             end = sum;
@@ -181,7 +181,7 @@ fn is_intact(file: &File, length: u64) -> io::Result<bool> {
 }
 
 /// Copies bytes of a file, from `from` on, to a range of another.
-fn copy(source: &File, from: u64, target: &File, range: Range) -> io::Result<()> {
+fn copy(source: &File, from: u64, target: &File, range: ByteRange) -> io::Result<()> {
     let (mut chunk, mut done) = (vec![0; CHUNK], 0);
     while done < range.length {
         let bytes = &mut chunk[..(range.length - done).min(CHUNK as u64) as usize];
@@ -200,7 +200,7 @@ pub(super) fn journal_of(database: &Path) -> PathBuf {
 }
 
 /// Writes the journal of a change of `base`, and waits for the disk.
-pub(super) fn write_journal(path: &Path, base: &File, ends: &Ends, ranges: &[Range]) -> io::Result<()> {
+pub(super) fn write_journal(path: &Path, base: &File, ends: &Ends, ranges: &[ByteRange]) -> io::Result<()> {
     stage();
     let mut writer = BufWriter::with_capacity(CHUNK, File::create(path)?);
     let mut hasher = blake3::Hasher::new();
@@ -214,7 +214,7 @@ pub(super) fn write_journal(path: &Path, base: &File, ends: &Ends, ranges: &[Ran
     }
 
     ends.headers.iter().try_for_each(|header| put(header))?;
-    for Range { offset, length } in ranges {
+    for ByteRange { offset, length } in ranges {
         put(&offset.to_le_bytes())?;
         put(&length.to_le_bytes())?;
     }
@@ -272,10 +272,10 @@ pub(super) fn recover(database: &Path) -> io::Result<()> {
     };
 
     match journal.ends.state(&target)? {
-        State::Whole => remove_journal(&path),
-        State::Half => journal.take_back(&target).and_then(|()| remove_journal(&path)),
+        UndoState::Whole => remove_journal(&path),
+        UndoState::Half => journal.take_back(&target).and_then(|()| remove_journal(&path)),
         // It is another file's, which may come back.
-        State::Foreign => Ok(()),
+        UndoState::Foreign => Ok(()),
     }
 }
 
@@ -283,7 +283,7 @@ pub(super) fn recover(database: &Path) -> io::Result<()> {
 fn is_half_changed(database: &Path, file: &File) -> bool {
     let path = journal_of(database);
     match Journal::read(&path) {
-        Ok(Some(journal)) => journal.ends.state(file).is_ok_and(|state| state == State::Half),
+        Ok(Some(journal)) => journal.ends.state(file).is_ok_and(|state| state == UndoState::Half),
         Ok(None) | Err(_) => path.is_file() && !has_header(file),
     }
 }
@@ -291,7 +291,7 @@ fn is_half_changed(database: &Path, file: &File) -> bool {
 /// Whether a journal at `path` is that of another file than `database`, which may come back for it.
 pub(super) fn is_of_another(path: &Path, database: &File) -> bool {
     let journal = Journal::read(path).ok().flatten();
-    journal.is_some_and(|journal| journal.ends.state(database).is_ok_and(|state| state == State::Foreign))
+    journal.is_some_and(|journal| journal.ends.state(database).is_ok_and(|state| state == UndoState::Foreign))
 }
 
 fn has_header(file: &File) -> bool {

@@ -77,12 +77,14 @@ pub trait StandIn {
 
 /// Finer pages that a page of a coarser level is made from, as far as they are stored; none of level index 0 and of bare ground.
 pub fn finer_pages(grid: &Grid, id: PageId) -> impl Iterator<Item = PageId> + use<> {
-    Footprint::new(grid, id).into_iter().flat_map(|footprint| footprint.finer_pages().collect::<Vec<_>>())
+    WindowFootprint::new(grid, id)
+        .into_iter()
+        .flat_map(|footprint| footprint.finer_pages().collect::<Vec<_>>())
 }
 
 /// Knowledge of the voxels of one finer page.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Part {
+enum FinerVoxels {
     Stored,
     /// Made by the stand-in.
     Made,
@@ -92,7 +94,7 @@ enum Part {
 
 /// Coarse and finer voxels that a coarse page is made of and from. Ranges count over the whole level.
 #[derive(Debug, Clone)]
-pub(super) struct Footprint {
+pub(super) struct WindowFootprint {
     pub finer_level: u8,
     /// The page's own voxels.
     pub own_x: Range<u32>,
@@ -105,7 +107,7 @@ pub(super) struct Footprint {
     pub finer_y: Range<u32>,
 }
 
-impl Footprint {
+impl WindowFootprint {
     pub fn new(grid: &Grid, id: PageId) -> Option<Self> {
         let finer_level = id.level.checked_sub(1).filter(|_| !id.is_bare())?;
         let (width, height) = grid.page_size(id)?;
@@ -151,7 +153,7 @@ impl Footprint {
 /// The finer voxels that a coarse page is made from; planes `[rows][columns]` without apron.
 #[derive(Debug)]
 pub(super) struct FinerWindow {
-    pub footprint: Footprint,
+    pub footprint: WindowFootprint,
     pub width: usize,
     pub heights: Vec<u16>,
     /// Bounds of what is stored. Empty if they are the heights: where all of level index 0 is stored.
@@ -160,7 +162,7 @@ pub(super) struct FinerWindow {
     pub colours: Vec<[u8; 3]>,
     pub attributes: Vec<Attributes>,
     /// Parts by finer page, in the order of [`Footprint::finer_pages`].
-    parts: Vec<Part>,
+    parts: Vec<FinerVoxels>,
     parts_across: u32,
     /// The stand-in's page, if some part needs it.
     own: Option<PageBuffer>,
@@ -169,7 +171,7 @@ pub(super) struct FinerWindow {
 impl FinerWindow {
     /// Collects what there is, and makes the rest by `stand_in`.
     pub fn collect(
-        footprint: Footprint,
+        footprint: WindowFootprint,
         grid: &Grid,
         id: PageId,
         finer: &impl FinerPages,
@@ -183,7 +185,7 @@ impl FinerWindow {
             if let Some(view) = &view {
                 window.copy_page(page, view);
             }
-            window.parts.push(if view.is_some() { Part::Stored } else { Part::Unknown });
+            window.parts.push(if view.is_some() { FinerVoxels::Stored } else { FinerVoxels::Unknown });
         }
 
         if window.is_whole() {
@@ -198,16 +200,16 @@ impl FinerWindow {
         for (index, &page) in pages.iter().enumerate() {
             let size = grid.page_size(page).unwrap_or((0, 0));
             let [x, y] = window.footprint.within(page, [size.0, size.1], 0);
-            if window.parts[index] == Part::Unknown
+            if window.parts[index] == FinerVoxels::Unknown
                 && let Some(block) = stand_in.finer(page, x, y)?
             {
                 window.copy_block(&block);
-                window.parts[index] = Part::Made;
+                window.parts[index] = FinerVoxels::Made;
             }
         }
 
         for (index, &page) in pages.iter().enumerate() {
-            if window.parts[index] == Part::Stored
+            if window.parts[index] == FinerVoxels::Stored
                 && window.is_beside_absent(index)
                 && let Some(view) = finer.finer_page(page, &mut scratch)?
             {
@@ -215,14 +217,14 @@ impl FinerWindow {
             }
         }
 
-        if window.parts.contains(&Part::Unknown) {
+        if window.parts.contains(&FinerVoxels::Unknown) {
             window.own = Some(stand_in.page(id)?);
         }
 
         Ok(window)
     }
 
-    fn empty(footprint: Footprint) -> Self {
+    fn empty(footprint: WindowFootprint) -> Self {
         let width = footprint.finer_x.len();
         let voxels = width * footprint.finer_y.len();
         let bounds = if footprint.finer_level > 0 { voxels } else { 0 };
@@ -243,7 +245,7 @@ impl FinerWindow {
 
     /// Whether all finer pages are stored.
     pub fn is_whole(&self) -> bool {
-        self.parts.iter().all(|part| *part == Part::Stored)
+        self.parts.iter().all(|part| *part == FinerVoxels::Stored)
     }
 
     /// Lower and upper bounds of the finer voxels that are stored.
@@ -251,7 +253,7 @@ impl FinerWindow {
         if self.low.is_empty() { (&self.heights, &self.heights) } else { (&self.low, &self.high) }
     }
 
-    fn part_at(&self, x: u32, y: u32) -> Part {
+    fn part_at(&self, x: u32, y: u32) -> FinerVoxels {
         let first = |finer: &Range<u32>| finer.start / PAGE_SIDE;
         let page = |coarse: u32| coarse * RADIX / PAGE_SIDE;
         let (column, row) =
@@ -261,13 +263,13 @@ impl FinerWindow {
 
     /// Whether the finer voxels of coarse voxel (x, y) are stored.
     pub fn is_stored(&self, x: u32, y: u32) -> bool {
-        self.part_at(x, y) == Part::Stored
+        self.part_at(x, y) == FinerVoxels::Stored
     }
 
     /// The stand-in's page if it holds at coarse voxel (x, y), and the voxel's place in its planes with an apron of `apron`.
     pub fn own_at(&self, x: u32, y: u32, apron: u32) -> Option<(&PageBuffer, usize)> {
-        let own = self.own.as_ref().filter(|_| self.part_at(x, y) == Part::Unknown)?;
-        let Footprint { own_x, own_y, .. } = &self.footprint;
+        let own = self.own.as_ref().filter(|_| self.part_at(x, y) == FinerVoxels::Unknown)?;
+        let WindowFootprint { own_x, own_y, .. } = &self.footprint;
         let (column, row) = (x + apron - own_x.start, y + apron - own_y.start);
         Some((own, (row * (own.width + 2 * apron) + column) as usize))
     }
@@ -277,12 +279,13 @@ impl FinerWindow {
         let (column, row) = (index % across, index / across);
         let around = |at: usize, count: usize| at.saturating_sub(1)..(at + 2).min(count);
         let rows = self.parts.len() / across;
-        around(row, rows)
-            .any(|row| around(column, across).any(|column| self.parts[row * across + column] != Part::Stored))
+        around(row, rows).any(|row| {
+            around(column, across).any(|column| self.parts[row * across + column] != FinerVoxels::Stored)
+        })
     }
 
     fn at(&self, x: u32, y: u32) -> usize {
-        let Footprint { finer_x, finer_y, .. } = &self.footprint;
+        let WindowFootprint { finer_x, finer_y, .. } = &self.footprint;
         (y - finer_y.start) as usize * self.width + (x - finer_x.start) as usize
     }
 

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use tempfile::TempPath;
 
 use super::assembly::{Assembly, PageReadback, Storage};
-use super::patch::Part;
+use super::patch::PartFile;
 use super::undo::{is_of_another, journal_of};
 use super::{
     ContentHash, EarlierFile, EarlierPage, EncodedPage, Grid, HeightCode, Metadata, PageEntry, PageId,
@@ -81,7 +81,7 @@ impl Storage for File {
 #[derive(Debug)]
 pub struct PageWriter {
     assembly: Assembly,
-    part: Arc<Part>,
+    part: Arc<PartFile>,
     objects: Arc<SharedObjects>,
     target: PathBuf,
     temporary: TempPath,
@@ -93,7 +93,7 @@ impl PageWriter {
     pub fn create(path: &Path, grid: Grid, heights: HeightCode, overwrite: bool) -> Result<Self> {
         Self::check_target(path, overwrite)?;
         let (file, temporary) = temporary_beside(path)?;
-        let part = Arc::new(Part::new(file));
+        let part = Arc::new(PartFile::new(file));
         let storage: Arc<dyn Storage> = Arc::clone(&part) as _;
         let assembly = Assembly::new(path, storage, grid, heights)?;
         Ok(Self { assembly, part, objects: Arc::default(), target: path.to_owned(), temporary, overwrite })

@@ -1,6 +1,6 @@
 //! Mattes: shares of several bodies in a pixel, held to the light that they let through.
 
-use hedgehop::frame::{Cover, Matte};
+use hedgehop::frame::{Matte, MatteCoverage};
 use hedgehop::objects::Shape;
 use hedgehop::render::Engine;
 use hedgehop::voxel::PageSource;
@@ -40,7 +40,7 @@ fn shares_add_up_to_what_bodies_hide() {
         let (mut sums, mut grounds) = (vec![0.0; hidden.len()], vec![0.0; hidden.len()]);
 
         for cover in &matte.covers {
-            let sum = if cover.id == Cover::GROUND { &mut grounds } else { &mut sums };
+            let sum = if cover.id == MatteCoverage::GROUND { &mut grounds } else { &mut sums };
             assert!(cover.share > 0.0 && cover.share <= 1.0);
             sum[cover.pixel as usize] += f64::from(cover.share);
         }
@@ -89,7 +89,7 @@ fn other_channels_do_not_change_and_without_bodies_there_is_ground() {
     assert!(without.aov.matte.is_none());
     assert!(with.colour == without.colour && with.id == without.id && with.range == without.range);
     let (ground, _) = matte(Engine::Planes, &[], 2);
-    assert!(ground.covers.iter().all(|cover| cover.id == Cover::GROUND), "no bodies");
+    assert!(ground.covers.iter().all(|cover| cover.id == MatteCoverage::GROUND), "no bodies");
 }
 
 /// Black hills before the sky: what is missing of its light is ground.

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::{DVec3, Vec2, Vec3};
-use hedgehop::objects::{Body, Level, Material, Mesh, Model, Part, Shape, Texture, Wrap};
+use hedgehop::objects::{Body, Level, Material, Mesh, MeshPart, Model, Shape, Texture, Wrap};
 use hedgehop::render::{Engine, Renderer};
 use hedgehop::simd::Isa;
 use hedgehop::space::{Attitude, Camera, Pose, Screen};
@@ -16,17 +16,17 @@ use crate::{FARM, PLAIN, PLAIN_ORIGIN, black, frame, options, shares};
 const VIEW: View =
     View { eye: DVec3::new(500.0, 200.0, 60.0), ypr: [8.0, -9.0, 20.0], hfov: 40.0, size: [200, 160] };
 
-pub fn model(part: Part) -> Arc<Model> {
+pub fn model(part: MeshPart) -> Arc<Model> {
     Arc::new(Model::new(Arc::new(Mesh::new(vec![part]).unwrap()), []))
 }
 
-fn part(positions: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Part {
+fn part(positions: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> MeshPart {
     let material = Material { both_sides: false, ..Material::of(None) };
-    Part { positions, normals: Vec::new(), places: Vec::new(), colours: Vec::new(), triangles, material }
+    MeshPart { positions, normals: Vec::new(), places: Vec::new(), colours: Vec::new(), triangles, material }
 }
 
 /// A box that stands on the origin: twelve triangles, counterclockwise from outside.
-pub fn cuboid(size: DVec3) -> Part {
+pub fn cuboid(size: DVec3) -> MeshPart {
     let half = 0.5 * size.as_vec3();
     let corner = |index: u32| {
         let sign = |bit: u32| if index >> bit & 1 == 1 { 1.0 } else { -1.0 };
@@ -38,7 +38,7 @@ pub fn cuboid(size: DVec3) -> Part {
 }
 
 /// A sphere around the origin of so many rings, with its normals.
-pub fn globe(radius: f32, rings: u32) -> Part {
+pub fn globe(radius: f32, rings: u32) -> MeshPart {
     let around = 2 * rings;
     let normal = |ring: u32, step: u32| {
         let (low, angle) = (ring as f32 / rings as f32, (step % around) as f32 / around as f32);
@@ -64,7 +64,7 @@ pub fn globe(radius: f32, rings: u32) -> Part {
     });
 
     let positions = normals.iter().map(|normal| *normal * radius).collect();
-    Part { normals, ..part(positions, triangles.collect()) }
+    MeshPart { normals, ..part(positions, triangles.collect()) }
 }
 
 const SIZE: DVec3 = DVec3::new(30.0, 24.0, 45.0);
@@ -100,7 +100,7 @@ fn cameras() -> Vec<Camera> {
 #[test]
 fn a_box_of_triangles_is_a_box() {
     let both = Material::of(None);
-    let cube = model(Part { material: both, ..cuboid(SIZE) });
+    let cube = model(MeshPart { material: both, ..cuboid(SIZE) });
     for camera in cameras() {
         let [shape, mesh] = [black(Shape::Box { size: SIZE }, PLACE), black(cube.clone(), PLACE)]
             .map(|body| frame(Engine::Planes, &PLAIN, &camera, &[turned(body)]));
@@ -327,7 +327,7 @@ fn textures_go_right_and_down() {
     let texture = Arc::new(Texture::new(2, 2, texels, [Wrap::Clamp; 2]).unwrap());
     let positions = [[-1.0, 0.0, 2.0], [1.0, 0.0, 2.0], [1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]];
     let places = vec![Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y];
-    let wall = Part {
+    let wall = MeshPart {
         places,
         material: Material { texture: Some(texture), both_sides: false, ..Material::of(Some(Vec3::ONE)) },
         ..part(positions.map(|place| 20.0 * Vec3::from_array(place)).into(), vec![[0, 2, 1], [0, 3, 2]])
@@ -357,7 +357,7 @@ fn holes_of_a_texture_are_seen_through() {
     let texels: Vec<_> = (0..16).map(|texel| [0, 0, 0, if texel % 4 < 2 { 255 } else { 0 }]).collect();
     let texture = Arc::new(Texture::new(4, 4, texels, [Wrap::Clamp; 2]).unwrap());
     let positions = vec![Vec3::ZERO, 40.0 * Vec3::X, 40.0 * (Vec3::X + Vec3::Z), 40.0 * Vec3::Z];
-    let fence = Part {
+    let fence = MeshPart {
         places: vec![Vec2::Y, Vec2::ONE, Vec2::X, Vec2::ZERO],
         material: Material { texture: Some(texture), cutoff: Some(0.5), ..Material::of(Some(Vec3::ONE)) },
         ..part(positions, vec![[0, 1, 2], [0, 2, 3]])
@@ -385,7 +385,7 @@ fn normals_of_corners_make_it_smooth() {
         &[light(black(Shape::Ellipsoid { radii: DVec3::splat(20.0) }, place))],
     );
 
-    let apart = |part: Part| {
+    let apart = |part: MeshPart| {
         let seen = frame(Engine::Planes, &PLAIN, &VIEW.camera(), &[light(black(model(part), place))]);
         let own = hedgehop::frame::Frame::body_id(1);
         let inside =
@@ -394,7 +394,7 @@ fn normals_of_corners_make_it_smooth() {
     };
 
     let rough = globe(20.0, 24);
-    let flat = Part { normals: Vec::new(), ..rough.clone() };
+    let flat = MeshPart { normals: Vec::new(), ..rough.clone() };
     let (smooth, flat) = (apart(rough), apart(flat));
     assert!(smooth < 0.4 * flat, "{smooth} {flat}");
 }

@@ -4,7 +4,7 @@ use std::fs;
 
 use glam::{DMat3, DVec3};
 use hedgehop::earth::Curvature;
-use hedgehop::frame::{Step, motion};
+use hedgehop::frame::{MotionStep, motion};
 use hedgehop::geo::Crs;
 use hedgehop::raymarch::ground_height;
 use hedgehop::render::{Exposure, Moment};
@@ -130,7 +130,7 @@ turn_rpm = 60
     let [now, then] = [0.0, 0.04].map(|seconds| cast.bodies_at(seconds));
     let seen = frame(Engine::Planes, &PLAIN, &camera, &now);
     let step =
-        Step { camera: &camera, bodies: [&now, &then], curvature: Curvature::FLAT, is_backward: false };
+        MotionStep { camera: &camera, bodies: [&now, &then], curvature: Curvature::FLAT, is_backward: false };
     let vectors = motion(&seen, &step, &FARM).unwrap();
     let (sail, pivot) = (&now[1], DVec3::new(500.0, 397.0, 20.0) + PLAIN_ORIGIN.extend(0.0));
 

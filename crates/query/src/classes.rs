@@ -278,7 +278,7 @@ pub fn attributes_at<S: PageSource>(source: &S, place: DVec2) -> Result<Option<A
 mod tests {
     use super::*;
     use hedgehop::voxel::{
-        Arrays, Cut, MemPages, Metadata, Span, Standing, Symmetry, build_in_memory, build_standing,
+        Arrays, Cut, MemPages, Metadata, Span, SpanArrays, Symmetry, build_in_memory, build_standing,
     };
 
     /// 300 × 300 voxels of 2 m: 100 columns of water, the rest of grass, of another source from row 200 on; nothing in the first row.
@@ -362,7 +362,7 @@ mod tests {
         let (heights, colours) = (vec![0.0; 90_000], vec![[90; 3]; 90_000]);
         let arrays = Arrays { grid, heights: &heights, colours: &colours, attributes: None };
         let (spans, objects) = (&BTreeMap::new(), &objects);
-        let standing = Standing { heights: &heights, colours: &colours, spans, objects, placed, code };
+        let standing = SpanArrays { heights: &heights, colours: &colours, spans, objects, placed, code };
 
         build_standing(&arrays, &standing, &Metadata::default()).unwrap()
     }

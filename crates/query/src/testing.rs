@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use glam::DVec2;
 use hedgehop::voxel::{
-    Arrays, Cut, Grid, HeightCode, MemPages, Metadata, SharedObjects, Span, Standing, build_standing,
+    Arrays, Cut, Grid, HeightCode, MemPages, Metadata, SharedObjects, Span, SpanArrays, build_standing,
 };
 
 /// Voxels along the area's side, and the side of one, metres.
@@ -42,7 +42,7 @@ pub fn standing(spans_of: impl Fn(u32, u32) -> Vec<Span>) -> MemPages {
 
     let grass = vec![[80, 120, 60]; ground.len()];
     let arrays = Arrays { grid, heights: &heights, colours: &grass, attributes: None };
-    let standing = Standing {
+    let standing = SpanArrays {
         heights: &ground,
         colours: &grass,
         spans: &spans,

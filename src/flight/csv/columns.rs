@@ -6,7 +6,7 @@
 
 use csv::StringRecord;
 
-use super::super::raw::Source;
+use super::super::raw::PathSource;
 use super::super::track::AltitudeMode;
 use hedgehop_base::error::{Error, Result};
 
@@ -162,7 +162,7 @@ const FOREIGN_UNITS: [&str; 13] = [
 const NEUTRAL: [&str; 8] = ["wgs84", "wgs", "true", "utc", "iso", "iso8601", "gps", "gnss"];
 
 #[derive(Debug, Clone)]
-pub(super) struct Column {
+pub(super) struct CsvColumn {
     pub index: usize,
     pub name: String,
     pub quantity: Quantity,
@@ -176,33 +176,33 @@ pub(super) struct Column {
 
 #[derive(Debug)]
 pub(super) enum Position {
-    LonLat(Column, Column),
-    Xy(Column, Column),
+    LonLat(CsvColumn, CsvColumn),
+    Xy(CsvColumn, CsvColumn),
 }
 
 /// The columns that are read.
 #[derive(Debug)]
 pub(super) struct Columns {
     pub format: &'static str,
-    pub time: Column,
+    pub time: CsvColumn,
     pub horizontal: Position,
-    pub altitude: Column,
-    pub yaw: Option<Column>,
-    pub pitch: Option<Column>,
-    pub roll: Option<Column>,
-    pub hfov: Option<Column>,
+    pub altitude: CsvColumn,
+    pub yaw: Option<CsvColumn>,
+    pub pitch: Option<CsvColumn>,
+    pub roll: Option<CsvColumn>,
+    pub hfov: Option<CsvColumn>,
     pub notes: Vec<String>,
 }
 
 enum Meaning {
-    Column(Column),
+    Column(CsvColumn),
     /// A quantity in a unit that is not read.
     Foreign(Quantity),
     Other,
 }
 
 impl Columns {
-    pub fn understand(source: &Source<'_>, line: u64, header: &StringRecord) -> Result<Self> {
+    pub fn understand(source: &PathSource<'_>, line: u64, header: &StringRecord) -> Result<Self> {
         if header.iter().all(|cell| cell.is_empty() || cell.parse::<f64>().is_ok()) {
             return Err(source.at_line(
                 line,
@@ -256,20 +256,20 @@ impl Columns {
 
 /// Picks columns from the candidates.
 struct Choice<'a> {
-    source: &'a Source<'a>,
+    source: &'a PathSource<'a>,
     line: u64,
-    candidates: Vec<Column>,
+    candidates: Vec<CsvColumn>,
 }
 
 impl Choice<'_> {
-    fn take(&mut self, quantity: Quantity) -> Option<Column> {
+    fn take(&mut self, quantity: Quantity) -> Option<CsvColumn> {
         let best = (0..self.candidates.len())
             .filter(|&index| self.candidates[index].quantity == quantity)
             .min_by_key(|&index| self.candidates[index].rank)?;
         Some(self.candidates.remove(best))
     }
 
-    fn needed(&mut self, quantity: Quantity) -> Result<Column> {
+    fn needed(&mut self, quantity: Quantity) -> Result<CsvColumn> {
         self.take(quantity).ok_or_else(|| self.missing(quantity.spellings()))
     }
 
@@ -295,7 +295,7 @@ impl Choice<'_> {
     }
 
     /// The mode that the user asked for, else sea level, ellipsoid, ground, unstated.
-    fn altitude(&mut self) -> Result<Column> {
+    fn altitude(&mut self) -> Result<CsvColumn> {
         let stated = [AltitudeMode::Msl, AltitudeMode::Ellipsoid, AltitudeMode::Agl].map(Some);
         let order = self.source.options.altitude_mode.map(Some).into_iter().chain(stated).chain([None]);
         for mode in order {
@@ -356,7 +356,7 @@ fn qualified(index: usize, name: &str, rank: usize, mut quantity: Quantity, rest
         rank += 1000;
     }
 
-    Meaning::Column(Column { index, name: name.to_owned(), quantity, scale, plain, rank })
+    Meaning::Column(CsvColumn { index, name: name.to_owned(), quantity, scale, plain, rank })
 }
 
 fn mode_of(word: &str) -> Option<AltitudeMode> {

@@ -8,9 +8,9 @@ mod samples;
 
 use csv::{ReaderBuilder, StringRecord, Trim};
 
-use self::columns::{Column, Columns, Quantity};
+use self::columns::{Columns, CsvColumn, Quantity};
 pub(crate) use self::samples::{Wanted, read_columns};
-use super::raw::{RawFix, Reading, Source};
+use super::raw::{PathSource, RawFix, Reading};
 use super::timestamp::unix_seconds;
 use super::track::{Altitude, AltitudeMode, Fix, Horizontal};
 use hedgehop_base::error::{Error, Result};
@@ -18,7 +18,7 @@ use hedgehop_base::error::{Error, Result};
 /// Numbers above this in a column of seconds are milliseconds or finer since 1970 (seconds reach it in the year 5138).
 const SECONDS_LIMIT: f64 = 1e11;
 
-pub(super) fn read(source: &Source<'_>, text: &str) -> Result<Reading> {
+pub(super) fn read(source: &PathSource<'_>, text: &str) -> Result<Reading> {
     let mut reader = ReaderBuilder::new()
         .has_headers(false)
         .comment(Some(b'#'))
@@ -52,7 +52,7 @@ pub(super) fn read(source: &Source<'_>, text: &str) -> Result<Reading> {
     Ok(Reading::of_one(columns.format, fixes, notes))
 }
 
-fn damaged(source: &Source<'_>, error: &csv::Error) -> Error {
+fn damaged(source: &PathSource<'_>, error: &csv::Error) -> Error {
     let line = error.position().map_or(1, csv::Position::line);
     source.at_line(line, format!("the table is damaged ({error})"))
 }
@@ -67,7 +67,7 @@ fn delimiter(text: &str) -> u8 {
 }
 
 struct Table<'a> {
-    source: &'a Source<'a>,
+    source: &'a PathSource<'a>,
     columns: &'a Columns,
     named: usize,
 }
@@ -105,7 +105,7 @@ impl Table<'_> {
         let time = self.time(record, line)?;
         let raw = RawFix::positioned(line, time, horizontal, Altitude { metres, mode });
 
-        let optional = |column: &Option<Column>| match column {
+        let optional = |column: &Option<CsvColumn>| match column {
             Some(column) if !record.get(column.index).unwrap_or_default().is_empty() => {
                 self.number(record, line, column).map(Some)
             }
@@ -152,7 +152,7 @@ impl Table<'_> {
         })
     }
 
-    fn cell<'r>(&self, record: &'r StringRecord, line: u64, column: &Column) -> Result<&'r str> {
+    fn cell<'r>(&self, record: &'r StringRecord, line: u64, column: &CsvColumn) -> Result<&'r str> {
         match record.get(column.index) {
             Some("") => {
                 Err(self.source.at_line(line, format!("column {} is empty; delete the row", column.name)))
@@ -165,7 +165,7 @@ impl Table<'_> {
         }
     }
 
-    fn number(&self, record: &StringRecord, line: u64, column: &Column) -> Result<f64> {
+    fn number(&self, record: &StringRecord, line: u64, column: &CsvColumn) -> Result<f64> {
         let cell = self.cell(record, line, column)?;
         let fail =
             |what: &str| Err(self.source.at_line(line, format!("column {}: {cell:?} {what}", column.name)));

@@ -49,7 +49,7 @@ pub(crate) fn read_columns(path: &Path, bytes: &[u8], wanted: &[Wanted]) -> Resu
     };
     let mut records = reader.records();
     let header = records.next().transpose().map_err(damaged)?.unwrap_or_default();
-    let columns = Columns::new(&header, wanted).map_err(|what| wrong(line_of(&header), what))?;
+    let columns = SampleColumns::new(&header, wanted).map_err(|what| wrong(line_of(&header), what))?;
     let mut times: Vec<f64> = Vec::new();
     let mut cells: Vec<Vec<(f64, Option<f64>)>> = vec![Vec::new(); wanted.len()];
 
@@ -103,13 +103,13 @@ pub(crate) fn read_columns(path: &Path, bytes: &[u8], wanted: &[Wanted]) -> Resu
 }
 
 /// Positions of the columns in a row.
-struct Columns {
+struct SampleColumns {
     time: usize,
     /// Position of each column that is wanted, if there.
     wanted: Vec<Option<usize>>,
 }
 
-impl Columns {
+impl SampleColumns {
     fn new(header: &StringRecord, wanted: &[Wanted]) -> std::result::Result<Self, String> {
         let names: Vec<&str> = wanted.iter().map(|wanted| wanted.name).collect();
         let known = format!("time_s and one or more of {}", names.join(", "));

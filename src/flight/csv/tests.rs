@@ -5,7 +5,7 @@ use super::super::track::{ReadOptions, Track};
 use super::*;
 
 fn parse_with(text: &str, options: &ReadOptions) -> Result<Track> {
-    let source = Source { path: Path::new("path.csv"), options };
+    let source = PathSource { path: Path::new("path.csv"), options };
     assemble(&source, read(&source, text)?)
 }
 

@@ -9,7 +9,7 @@ use hedgehop_geo::Crs;
 
 fn parse_with(name: &str, bytes: &[u8], options: &ReadOptions) -> Result<Track> {
     let path = PathBuf::from(name);
-    let source = Source { path: &path, options };
+    let source = PathSource { path: &path, options };
     let text = text_of(&source, bytes)?;
     assemble(&source, read_text(&source, &text)?)
 }

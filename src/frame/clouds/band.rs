@@ -1,8 +1,8 @@
 //! A band of rows of the screen: the lattice's rays, then pixels between them.
 
 use super::CloudStage;
-use super::march::{Pace, Rays, VALUES, Veil, bilinear, lanes, shadow};
-use super::{Cover, STEPS};
+use super::march::{CloudRays, CloudVeil, Pace, VALUES, bilinear, lanes, shadow};
+use super::{CloudCover, STEPS};
 use crate::frame::stage::Pixels;
 use crate::simd::{Floats, Ints, Kernel, LANES, Mask, Simd, Sixteen};
 
@@ -16,10 +16,10 @@ const FLAT: f32 = 0.012;
 /// Values of a ray's profile.
 const PROFILE: usize = (STEPS + 1) * VALUES * LANES;
 
-pub(super) struct Filling<'b, 'c> {
+pub(super) struct CloudFilling<'b, 'c> {
     pub stage: &'b CloudStage<'c>,
     /// Memory; nothing in it matters.
-    pub lattice: &'b mut Lattice,
+    pub lattice: &'b mut CloudLattice,
     pub first: usize,
     pub light: Pixels<'b>,
     pub range: &'b [f32],
@@ -27,7 +27,7 @@ pub(super) struct Filling<'b, 'c> {
 
 /// Rays of the lattice in a band, `[rows][groups][LANES]`.
 #[derive(Debug, Default)]
-pub struct Lattice {
+pub struct CloudLattice {
     groups: usize,
     /// Start of each row in memory, downward.
     rows: Vec<usize>,
@@ -43,7 +43,7 @@ pub struct Lattice {
     blind: Vec<bool>,
 }
 
-impl Kernel for Filling<'_, '_> {
+impl Kernel for CloudFilling<'_, '_> {
     type Output = ();
 
     #[inline(always)]
@@ -72,7 +72,7 @@ impl Kernel for Filling<'_, '_> {
                 {
                     pixels.by_rays(&mut light, start..end, ranges);
                 } else {
-                    let places = Places { lattice, profiles, line: &line, between, down };
+                    let places = LatticeRow { lattice, profiles, line: &line, between, down };
                     pixels.by_lattice(&mut light, start..end, ranges, &places);
                 }
             }
@@ -80,7 +80,7 @@ impl Kernel for Filling<'_, '_> {
     }
 }
 
-impl Lattice {
+impl CloudLattice {
     /// Makes it that of so many rows of pixels.
     #[inline(always)]
     fn renew<V: Simd>(&mut self, simd: V, stage: &CloudStage<'_>, first: usize, rows: usize) {
@@ -125,7 +125,7 @@ impl Lattice {
                 *lanes_of = simd.load(&lanes(values, first + group * LANES));
             }
 
-            let rays = Rays::new(simd, &stage.cover, direction, simd.splat(SKY));
+            let rays = CloudRays::new(simd, &stage.cover, direction, simd.splat(SKY));
             let start = (first / LANES + group) * (PROFILE / LANES);
             let end = start + PROFILE / LANES;
             if self.profiles.len() < end {
@@ -195,8 +195,8 @@ impl Lattice {
 }
 
 /// A row of pixels among the rays of the lattice.
-struct Places<'l> {
-    lattice: &'l Lattice,
+struct LatticeRow<'l> {
+    lattice: &'l CloudLattice,
     profiles: &'l [f32],
     line: &'l [Vec<f32>; 3 + VALUES],
     /// Starts of the lattice's rows above and below it, and the way from the one to the other.
@@ -228,7 +228,7 @@ impl<V: Simd> Chunk<'_, '_, V> {
             }
         }
         let direction = [simd.load(&parts[0]), simd.load(&parts[1]), simd.load(&parts[2])];
-        let mut rays = Rays::new(simd, &stage.cover, direction, range);
+        let mut rays = CloudRays::new(simd, &stage.cover, direction, range);
         rays.span = rays.span.select(simd.mask(seen), simd.splat(0.0));
         let veil = rays.march(simd, &stage.cover, &stage.air, None);
         let is_ground = range.lt(simd.splat(SKY)) & simd.mask(seen);
@@ -241,7 +241,7 @@ impl<V: Simd> Chunk<'_, '_, V> {
         light: &mut Pixels<'_>,
         pixels: std::ops::Range<usize>,
         range: V::F,
-        places: &Places<'_>,
+        places: &LatticeRow<'_>,
     ) {
         let Self { simd, stage, column, .. } = *self;
         let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
@@ -262,14 +262,14 @@ impl<V: Simd> Chunk<'_, '_, V> {
         }
 
         let direction = [values[0], values[1], values[2]];
-        let rays = Rays::new(simd, &stage.cover, direction, simd.splat(SKY));
+        let rays = CloudRays::new(simd, &stage.cover, direction, simd.splat(SKY));
         let enters = rays.near.lt(range) & zero.lt(rays.span);
         let is_ground = range.lt(simd.splat(SKY));
         if !enters.any() && !is_ground.any() {
             return;
         }
 
-        let mut veil: Veil<V> = Veil { light: [zero; 3], through: one };
+        let mut veil: CloudVeil<V> = CloudVeil { light: [zero; 3], through: one };
         if enters.any() {
             for (value, line) in values.iter_mut().zip(places.line).skip(3) {
                 let from = simd.gather(line, left);
@@ -278,7 +278,7 @@ impl<V: Simd> Chunk<'_, '_, V> {
 
             let [.., red, green, blue, through] = values;
             let ends = enters & range.lt(rays.near + rays.span);
-            veil = Veil { light: [red, green, blue], through };
+            veil = CloudVeil { light: [red, green, blue], through };
             if ends.any() {
                 let gone = range - rays.near;
                 let within = places.within(simd, [left, right], across, gone);
@@ -303,7 +303,7 @@ impl<V: Simd> Chunk<'_, '_, V> {
         &self,
         light: &mut Pixels<'_>,
         pixels: std::ops::Range<usize>,
-        veil: &Veil<V>,
+        veil: &CloudVeil<V>,
         direction: [V::F; 3],
         range: V::F,
         is_ground: V::M,
@@ -341,10 +341,10 @@ impl<V: Simd> Chunk<'_, '_, V> {
     }
 }
 
-impl Places<'_> {
+impl LatticeRow<'_> {
     /// Computes the veil before pixels that end within the layer, so many metres after their rays have entered it.
     #[inline(always)]
-    fn within<V: Simd>(&self, simd: V, columns: [V::I; 2], across: V::F, gone: V::F) -> Veil<V> {
+    fn within<V: Simd>(&self, simd: V, columns: [V::I; 2], across: V::F, gone: V::F) -> CloudVeil<V> {
         let zero = simd.splat(0.0);
         let mut corners = [[zero; 4]; VALUES];
         for corner in 0..4 {
@@ -378,13 +378,13 @@ impl Places<'_> {
             bilinear::<V>(blue, across, down),
         ];
 
-        Veil { light, through: bilinear::<V>(through, across, down) }
+        CloudVeil { light, through: bilinear::<V>(through, across, down) }
     }
 }
 
 /// Share of its light that ground keeps in the shadow of clouds; less of a shadow lies on ground that rises through the layer.
 #[inline(always)]
-fn lit<V: Simd>(simd: V, cover: &Cover<'_>, direction: [V::F; 3], range: V::F) -> V::F {
+fn lit<V: Simd>(simd: V, cover: &CloudCover<'_>, direction: [V::F; 3], range: V::F) -> V::F {
     let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
     let rise = direction[2] * range;
     let under = simd.splat(cover.heights[1]) - rise;

@@ -50,7 +50,7 @@ const SCATTERED: [f32; 2] = [0.45, 0.15];
 
 /// Densities of a layer and the light in it.
 #[derive(Debug)]
-pub struct Field {
+pub struct CloudField {
     /// Level by level `[LAYERS − 1][side][side + 1]`, east along rows, north from row to row: density there and one layer higher, then light there and one layer
     /// higher, 8 bits each from the lowest, 255 for 1.
     pub words: Vec<u32>,
@@ -60,7 +60,7 @@ pub struct Field {
     pub voxel: f64,
 }
 
-impl Field {
+impl CloudField {
     /// The layer that `clouds` describe, with light of `sun` in it.
     pub fn new(clouds: &Clouds, sun: Sun) -> Self {
         let voxel = clouds.scale / PER_CLOUD as f64;

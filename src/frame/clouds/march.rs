@@ -1,7 +1,7 @@
 //! Sixteen rays through the layer.
 
 use super::field::{FIRST, LAYERS, LEVELS, ROW, SIDE};
-use super::{Cover, STEPS};
+use super::{CloudCover, STEPS};
 use crate::frame::glow::PHASE;
 use crate::frame::stage::Air;
 use crate::simd::math::{exp_neg, log2};
@@ -29,7 +29,7 @@ const SUNLIT: [f32; 2] = [0.50, 0.55];
 
 /// Directions and ranges of sixteen rays, and where they are in the layer.
 #[derive(Clone, Copy)]
-pub struct Rays<V: Simd> {
+pub struct CloudRays<V: Simd> {
     /// Unit direction.
     pub direction: [V::F; 3],
     /// Range at which the ray enters the layer and what it has to go there, metres; the latter is 0 where it misses it.
@@ -49,7 +49,7 @@ pub struct Pace<V: Simd> {
 
 /// Light of clouds along a ray, and the share of what lies behind that comes through.
 #[derive(Clone, Copy)]
-pub struct Veil<V: Simd> {
+pub struct CloudVeil<V: Simd> {
     pub light: [V::F; 3],
     pub through: V::F,
 }
@@ -57,10 +57,10 @@ pub struct Veil<V: Simd> {
 /// Values that a [`Veil`] has.
 pub const VALUES: usize = 4;
 
-impl<V: Simd> Rays<V> {
+impl<V: Simd> CloudRays<V> {
     /// Rays from the eye that end after `range` metres.
     #[inline(always)]
-    pub fn new(simd: V, cover: &Cover<'_>, direction: [V::F; 3], range: V::F) -> Self {
+    pub fn new(simd: V, cover: &CloudCover<'_>, direction: [V::F; 3], range: V::F) -> Self {
         let (zero, least) = (simd.splat(0.0), simd.splat(1.0e-7));
         let up = direction[2];
         let slant = (least.select(up.lt(zero), least) + up.abs()).recip();
@@ -77,12 +77,12 @@ impl<V: Simd> Rays<V> {
     pub fn march(
         &self,
         simd: V,
-        cover: &Cover<'_>,
+        cover: &CloudCover<'_>,
         air: &Air,
         mut profile: Option<&mut [Sixteen]>,
-    ) -> Veil<V> {
+    ) -> CloudVeil<V> {
         let (zero, one, least) = (simd.splat(0.0), simd.splat(1.0), simd.splat(1.0e-6));
-        let mut veil: Veil<V> = Veil { light: [zero; 3], through: one };
+        let mut veil: CloudVeil<V> = CloudVeil { light: [zero; 3], through: one };
         if let Some(profile) = profile.as_deref_mut() {
             veil.store(profile);
         }
@@ -147,7 +147,7 @@ impl<V: Simd> Rays<V> {
 
     /// Sunlight that comes this way from where all of it falls.
     #[inline(always)]
-    fn sunlit(&self, simd: V, cover: &Cover<'_>) -> V::F {
+    fn sunlit(&self, simd: V, cover: &CloudCover<'_>) -> V::F {
         let mut cosine = simd.splat(0.0);
         for (direction, sun) in self.direction.into_iter().zip(cover.to_sun) {
             cosine = direction.mul_add(simd.splat(sun), cosine);
@@ -161,7 +161,7 @@ impl<V: Simd> Rays<V> {
     /// Density at a range, 0…1, and light times it, of levels whose voxels are about as wide as the `step` to there is long. Where it is nearly as long as the next level's are
     /// wide, that one has its share: voxels that change their level at once would leave lines.
     #[inline(always)]
-    fn sample(&self, simd: V, cover: &Cover<'_>, range: V::F, step: V::F) -> (V::F, V::F) {
+    fn sample(&self, simd: V, cover: &CloudCover<'_>, range: V::F, step: V::F) -> (V::F, V::F) {
         let one = simd.splat(1.0);
         // ⌊log₂⌋ of the step in voxels, from the exponent.
         let ratio = (step * simd.splat(cover.per_voxel)).max(one).min(simd.splat((1 << (LEVELS - 1)) as f32));
@@ -180,7 +180,7 @@ impl<V: Simd> Rays<V> {
 
     /// Density at a range, 0…1, and light times it, of the level whose voxels are 2^(`exponent` − 127) times as wide as the finest.
     #[inline(always)]
-    fn level(&self, simd: V, cover: &Cover<'_>, range: V::F, exponent: V::I) -> (V::F, V::F) {
+    fn level(&self, simd: V, cover: &CloudCover<'_>, range: V::F, exponent: V::I) -> (V::F, V::F) {
         let per_voxel = simd.splat(cover.per_voxel);
         let one = simd.splat(1.0);
         let level = exponent - simd.splat_int(127);
@@ -257,7 +257,7 @@ impl<V: Simd> Pace<V> {
     }
 }
 
-impl<V: Simd> Veil<V> {
+impl<V: Simd> CloudVeil<V> {
     #[inline(always)]
     fn store(&self, target: &mut [Sixteen]) {
         let [red, green, blue] = self.light;
@@ -277,7 +277,7 @@ pub fn bilinear<V: Simd>(values: [V::F; 4], x: V::F, y: V::F) -> V::F {
 
 /// Share of sunlight that clouds let through to ground at voxels `x`, `y` below their base.
 #[inline(always)]
-pub fn shadow<V: Simd>(simd: V, cover: &Cover<'_>, [x, y]: [V::F; 2]) -> V::F {
+pub fn shadow<V: Simd>(simd: V, cover: &CloudCover<'_>, [x, y]: [V::F; 2]) -> V::F {
     let (left, south) = (x.floor(), y.floor());
     let (x, y) = (x - left, y - south);
     let mask = simd.splat_int(SIDE as i32 - 1);

@@ -24,8 +24,8 @@ mod noise;
 #[cfg(test)]
 mod tests;
 
-pub use band::Lattice;
-pub use field::Field;
+pub use band::CloudLattice;
+pub use field::CloudField;
 
 use glam::{DVec2, Vec3};
 
@@ -52,8 +52,8 @@ const SHADOWED: f32 = 0.55;
 const BAND_CELLS: usize = 8;
 
 /// The layer about an eye.
-struct Cover<'c> {
-    field: &'c Field,
+struct CloudCover<'c> {
+    field: &'c CloudField,
     /// Place of the eye among the voxels, eastward and northward.
     eye: [f32; 2],
     /// Base and top above the eye, metres.
@@ -76,7 +76,7 @@ struct Cover<'c> {
 pub struct CloudStage<'c> {
     isa: Isa,
     camera: &'c Camera,
-    cover: Cover<'c>,
+    cover: CloudCover<'c>,
     air: Air,
     /// Factor on light, by channel: how bright the hour is.
     tint: [f32; 3],
@@ -91,7 +91,7 @@ impl<'c> CloudStage<'c> {
     pub fn new(
         isa: Isa,
         camera: &'c Camera,
-        (field, clouds): (&'c Field, &Clouds),
+        (field, clouds): (&'c CloudField, &Clouds),
         sun: Sun,
         (atmosphere, highest): (&Atmosphere, f64),
         seconds: f64,
@@ -104,7 +104,7 @@ impl<'c> CloudStage<'c> {
         let place = field.place(eye.truncate(), clouds, seconds);
         let strength = Daylight::new(sun).strength();
 
-        let cover = Cover {
+        let cover = CloudCover {
             field,
             eye: [place.x as f32, place.y as f32],
             heights: [(clouds.base - eye.z) as f32, (clouds.top - eye.z) as f32],
@@ -134,8 +134,8 @@ impl<'c> CloudStage<'c> {
     }
 
     /// Puts clouds into a band that begins at a multiple of [`Self::band_rows`]; `range` of its pixels is metres, infinite for the sky. `lattice` is scratch memory.
-    pub fn fill(&self, lattice: &mut Lattice, first: usize, light: Pixels<'_>, range: &[f32]) {
-        self.isa.run(band::Filling { stage: self, lattice, first, light, range });
+    pub fn fill(&self, lattice: &mut CloudLattice, first: usize, light: Pixels<'_>, range: &[f32]) {
+        self.isa.run(band::CloudFilling { stage: self, lattice, first, light, range });
     }
 
     /// Unit direction of a position of the screen, pixels; `None` where the screen has no picture.

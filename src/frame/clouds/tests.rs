@@ -1,7 +1,7 @@
 use glam::{DVec3, Vec3};
 
-use super::field::{Field, LAYERS, SIDE, extinction};
-use super::march::Rays;
+use super::field::{CloudField, LAYERS, SIDE, extinction};
+use super::march::CloudRays;
 use super::*;
 use crate::simd::{Floats, Kernel, LANES, Simd};
 use crate::space::{Attitude, Pose};
@@ -23,7 +23,7 @@ fn camera(eye: DVec3, pitch: f64, size: [u32; 2]) -> Camera {
     Camera::new(Pose { eye, attitude, hfov: 25.0 }, size[0], size[1])
 }
 
-fn stage<'c>(isa: Isa, camera: &'c Camera, field: &'c Field, clouds: &Clouds) -> CloudStage<'c> {
+fn stage<'c>(isa: Isa, camera: &'c Camera, field: &'c CloudField, clouds: &Clouds) -> CloudStage<'c> {
     let atmosphere = Atmosphere::new(30_000.0, 0.0);
     CloudStage::new(isa, camera, (field, clouds), SUN, (&atmosphere, 1200.0), 12.0).unwrap()
 }
@@ -39,7 +39,7 @@ impl Kernel for March<'_, '_> {
         let Self(stage, directions, range) = self;
         let part = |axis: usize| simd.load(&directions.map(|direction| direction[axis]));
         let direction = [part(0), part(1), part(2)];
-        let rays = Rays::new(simd, &stage.cover, direction, simd.load(&range));
+        let rays = CloudRays::new(simd, &stage.cover, direction, simd.load(&range));
         let veil = rays.march(simd, &stage.cover, &stage.air, None);
         let mut seen = [[0.0; LANES]; 4];
         let [red, green, blue] = veil.light;
@@ -54,7 +54,7 @@ impl Kernel for March<'_, '_> {
 fn transmittance_through_uniform_clouds_follows_the_law_of_beer() {
     let densities = vec![1.0; LAYERS * SIDE * SIDE];
     let thin = Clouds { visibility: 3000.0, ..CLOUDS };
-    let field = Field::of(&densities, &thin, 90.0, SUN);
+    let field = CloudField::of(&densities, &thin, 90.0, SUN);
     for (eye, sense) in [(300.0, 1.0), (1250.0, 1.0), (1250.0, -1.0), (2500.0, -1.0)] {
         let camera = camera(DVec3::new(3.0e5, 5.0e6, eye), 0.0, [16, 9]);
         let directions: [Vec3; LANES] = std::array::from_fn(|lane| {
@@ -82,7 +82,7 @@ fn transmittance_through_uniform_clouds_follows_the_law_of_beer() {
 
 #[test]
 fn pixels_between_the_lattices_rays_are_as_rays_of_their_own_tell() {
-    let field = Field::new(&CLOUDS, SUN);
+    let field = CloudField::new(&CLOUDS, SUN);
     for (eye, pitch, ground) in
         [(300.0, 12.0, 6000.0), (1300.0, 0.0, 2500.0), (2600.0, -25.0, 3600.0), (1300.0, -20.0, 700.0)]
     {
@@ -98,7 +98,7 @@ fn pixels_between_the_lattices_rays_are_as_rays_of_their_own_tell() {
             .map(|(x, y)| if y + x % 40 > 60 { ground + 11.0 * x as f32 } else { f32::INFINITY })
             .collect();
         let mut colour = vec![[0.0; 3]; pixels];
-        let (rows, mut lattice) = (stage.band_rows(), Lattice::default());
+        let (rows, mut lattice) = (stage.band_rows(), CloudLattice::default());
 
         for (index, (colour, range)) in
             colour.chunks_mut(192 * rows).zip(range.chunks(192 * rows)).enumerate()
@@ -132,7 +132,7 @@ fn pixels_between_the_lattices_rays_are_as_rays_of_their_own_tell() {
 #[test]
 fn rows_near_the_horizon_follow_each_other_without_streaks() {
     let clouds = Clouds { base: 1500.0, top: 1900.0, coverage: 0.6, scale: 2000.0, ..CLOUDS };
-    let field = Field::new(&clouds, SUN);
+    let field = CloudField::new(&clouds, SUN);
     let camera = camera(DVec3::new(613_420.0, 5_241_400.0, 1750.0), 0.0, [16, 9]);
     let stage = stage(Isa::best(), &camera, &field, &clouds);
 
@@ -159,7 +159,7 @@ fn rows_near_the_horizon_follow_each_other_without_streaks() {
 
 #[test]
 fn instruction_sets_agree() {
-    let field = Field::new(&CLOUDS, SUN);
+    let field = CloudField::new(&CLOUDS, SUN);
     let camera = camera(DVec3::new(3.0e5, 5.0e6, 1200.0), 5.0, [61, 33]);
     let pictures: Vec<Vec<[f32; 3]>> = Isa::available()
         .into_iter()
@@ -168,7 +168,7 @@ fn instruction_sets_agree() {
             let range: Vec<f32> =
                 (0..61 * 33).map(|pixel| if pixel < 900 { f32::INFINITY } else { 800.0 }).collect();
             let stage = stage(isa, &camera, &field, &CLOUDS);
-            let (rows, mut lattice) = (stage.band_rows(), Lattice::default());
+            let (rows, mut lattice) = (stage.band_rows(), CloudLattice::default());
             for (index, (colour, range)) in
                 colour.chunks_mut(61 * rows).zip(range.chunks(61 * rows)).enumerate()
             {
@@ -196,7 +196,7 @@ fn as_much_of_the_sky_is_cloudy_as_is_asked_for() {
     for clouds in variants {
         for coverage in [0.0, 0.1, 0.25, 0.5, 0.6, 0.75, 0.9, 1.0] {
             // A slanting sun casts wider shadows.
-            let field = Field::new(&Clouds { coverage, ..clouds }, Sun { elevation: 90.0, ..SUN });
+            let field = CloudField::new(&Clouds { coverage, ..clouds }, Sun { elevation: 90.0, ..SUN });
             let cloudy = field.shadow.iter().filter(|through| **through < 0.5).count();
             let share = cloudy as f64 / field.shadow.len() as f64;
             assert!((share - coverage).abs() < 0.02, "{share} for {coverage}");
@@ -206,7 +206,7 @@ fn as_much_of_the_sky_is_cloudy_as_is_asked_for() {
 
 #[test]
 fn the_layer_repeats_without_a_seam_and_follows_seed_and_wind() {
-    let field = Field::new(&CLOUDS, SUN);
+    let field = CloudField::new(&CLOUDS, SUN);
     let step = |from: usize, to: usize| {
         (0..SIDE)
             .map(|row| (field.shadow[row * (SIDE + 1) + from] - field.shadow[row * (SIDE + 1) + to]).abs())
@@ -214,7 +214,7 @@ fn the_layer_repeats_without_a_seam_and_follows_seed_and_wind() {
     };
     let largest = (100..150).map(|column| step(column, column + 1)).fold(0.0, f32::max);
     assert!(step(SIDE - 1, 0) < 2.0 * largest, "{} {largest}", step(SIDE - 1, 0));
-    assert!(Field::new(&Clouds { seed: 8, ..CLOUDS }, SUN).words != field.words);
+    assert!(CloudField::new(&Clouds { seed: 8, ..CLOUDS }, SUN).words != field.words);
     let at = glam::DVec2::new(4.0e5, 5.0e6);
     let moved = field.place(at + glam::DVec2::new(300.0, 0.0), &CLOUDS, 30.0);
     assert!((moved - field.place(at, &CLOUDS, 0.0)).length() < 1e-6);
@@ -222,13 +222,13 @@ fn the_layer_repeats_without_a_seam_and_follows_seed_and_wind() {
 
 #[test]
 fn what_lies_before_clouds_keeps_its_bits() {
-    let field = Field::new(&CLOUDS, SUN);
+    let field = CloudField::new(&CLOUDS, SUN);
     let camera = camera(DVec3::new(3.0e5, 5.0e6, 2600.0), 10.0, [64, 20]);
     let stage = stage(Isa::best(), &camera, &field, &CLOUDS);
     let sky: Vec<u8> = (0..64 * 20 * 3).map(|byte| byte as u8).collect();
     let mut seen = sky.clone();
     stage.fill(
-        &mut Lattice::default(),
+        &mut CloudLattice::default(),
         0,
         Pixels::Srgb8(&mut seen[..64 * 16 * 3]),
         &[f32::INFINITY; 64 * 16],

@@ -3,8 +3,8 @@ use ::exr::prelude::FlatSamples;
 use super::super::{exr, testing};
 use super::*;
 
-fn cover(pixel: u32, id: u32, share: f32) -> Cover {
-    Cover { pixel, id, share }
+fn cover(pixel: u32, id: u32, share: f32) -> MatteCoverage {
+    MatteCoverage { pixel, id, share }
 }
 
 fn plane<'c>(channels: &'c [(String, Vec<f32>)], name: &str) -> &'c [f32] {
@@ -46,7 +46,7 @@ fn ranks_hold_the_largest_shares_and_the_ground_what_is_left() {
     let frame = testing::frame(6, 3);
     let mut matte = Matte { names: vec!["car".into(), "mast".into()], covers: Vec::new() };
     matte.covers =
-        vec![cover(7, 1, 0.5), cover(7, Cover::GROUND, 0.375), cover(7, 0, 0.125), cover(13, 1, 1.0)];
+        vec![cover(7, 1, 0.5), cover(7, MatteCoverage::GROUND, 0.375), cover(7, 0, 0.125), cover(13, 1, 1.0)];
     let channels = matte.channels(&frame);
     assert_eq!(channels.len(), 12);
     let [first, second] = ["CryptoObject00", "CryptoObject01"]
@@ -69,12 +69,12 @@ fn bodies_of_one_name_are_one_thing() {
     let names = ["heli", "mast", "heli", "heli"].map(str::to_owned).to_vec();
     let covers = vec![
         cover(7, 1, 0.375),
-        cover(7, Cover::GROUND, 0.25),
+        cover(7, MatteCoverage::GROUND, 0.25),
         cover(7, 0, 0.125),
         cover(7, 3, 0.125),
         cover(7, 2, 0.125),
         cover(8, 2, 0.5),
-        cover(8, Cover::GROUND, 0.5),
+        cover(8, MatteCoverage::GROUND, 0.5),
     ];
     let channels = Matte { names, covers }.channels(&frame);
     let at = |pixel: usize| {
@@ -118,7 +118,7 @@ fn the_manifest_tells_ids_of_all_names() {
 fn files_hold_what_the_frame_holds() {
     let mut frame = testing::frame(6, 3);
     let plain = exr_of(&frame);
-    let covers = vec![cover(7, 1, 0.75), cover(7, Cover::GROUND, 0.25)];
+    let covers = vec![cover(7, 1, 0.75), cover(7, MatteCoverage::GROUND, 0.25)];
     let matte = Matte { names: vec!["Küste".into(), "mast".into()], covers };
     frame.aov.matte = Some(matte.clone());
     frame.aov.motion = Some((0..18).map(|pixel| [pixel as f32, -0.5 * pixel as f32]).collect());

@@ -23,12 +23,12 @@ fn frame(camera: &Camera, range: impl Fn(Ray) -> f64) -> Frame {
     frame
 }
 
-fn step<'s>(camera: &'s Camera, bodies: [&'s [Body]; 2]) -> Step<'s> {
-    Step { camera, bodies, curvature: Curvature::FLAT, is_backward: false }
+fn step<'s>(camera: &'s Camera, bodies: [&'s [Body]; 2]) -> MotionStep<'s> {
+    MotionStep { camera, bodies, curvature: Curvature::FLAT, is_backward: false }
 }
 
 /// Vectors, each with its pixel's place from the picture's centre, right and up.
-fn vectors(frame: &Frame, step: &Step<'_>) -> Vec<([f64; 2], [f64; 2])> {
+fn vectors(frame: &Frame, step: &MotionStep<'_>) -> Vec<([f64; 2], [f64; 2])> {
     let vectors = motion(frame, step, &Farm::new(2).unwrap()).unwrap();
     let width = SIZE[0] as usize;
     let place = |pixel: usize| {
@@ -81,7 +81,7 @@ fn a_plain_flows_away_from_the_point_flown_to() {
     }
 
     // Flown backwards in time, it is the same step.
-    let back = Step { is_backward: true, ..step(&now, [&[], &[]]) };
+    let back = MotionStep { is_backward: true, ..step(&now, [&[], &[]]) };
     for ([x, y], vector) in vectors(&frame(&then, plain), &back) {
         let depth = now.focal_px() * height / -y;
         if y < -1e-9 {
@@ -152,7 +152,7 @@ fn curvature_lowers_a_point_by_its_distance_from_either_eye() {
     // Ground of the database 60 km north, at the height of the eye: 242 m low from here, 107 m low from there.
     let ground = 60_000.0;
     let far = |ray: Ray| ground / ray.direction.y;
-    let curved = Step { curvature, ..step(&then, [&[], &[]]) };
+    let curved = MotionStep { curvature, ..step(&then, [&[], &[]]) };
     for ([x, y], vector) in vectors(&frame(&now, far), &curved) {
         let across = x / now.focal_px() * ground;
         let [here, there] = [ground, ground - 20_000.0].map(|ahead| curvature.drop_at(ahead.hypot(across)));

@@ -31,21 +31,21 @@ pub struct Air {
     series: Option<[f32; TERMS]>,
     middle: f32,
     /// Contents of the air besides haze; most air has nothing.
-    weather: Option<Weather>,
+    weather: Option<AirWeather>,
 }
 
 /// Contents of the air besides haze.
 #[derive(Debug, Clone, Copy)]
-struct Weather {
+struct AirWeather {
     glow: Option<Glow>,
     /// Cosine of each lane's azimuth from that of the sun, times that of the sun's elevation.
     sunward: Sixteen,
-    fog: Option<Fog>,
+    fog: Option<EyeFog>,
 }
 
 /// Fog about an eye.
 #[derive(Debug, Clone, Copy)]
-struct Fog {
+struct EyeFog {
     layer: FogLayer,
     /// Depth of the eye below all that is clear, metres, and the fog above it, metres of full density.
     below: f32,
@@ -76,7 +76,7 @@ impl Air {
             .then(|| polynomial(middle, 0.5 * width, mean).map(|term| (term * at_eye) as f32));
         let excess = atmosphere.excess() * SCALE_HEIGHT * density;
 
-        let fog = atmosphere.fog().map(|layer| Fog {
+        let fog = atmosphere.fog().map(|layer| EyeFog {
             layer: *layer,
             below: layer.below(eye),
             column: layer.column(layer.below(eye)),
@@ -84,7 +84,7 @@ impl Air {
         });
         let glow = atmosphere.glow().copied();
         let has_weather = fog.is_some() || glow.is_some();
-        let weather = has_weather.then_some(Weather { glow, sunward: Sixteen::default(), fog });
+        let weather = has_weather.then_some(AirWeather { glow, sunward: Sixteen::default(), fog });
 
         Self { excess, start, extinction, density, series, middle: middle as f32, weather }
     }
@@ -104,7 +104,7 @@ impl Air {
 
     /// Turns to where a group of planes looks, which only a glow needs to know.
     pub fn face(&mut self, group: &PlaneGroup) {
-        if let Some(Weather { glow: Some(glow), sunward, .. }) = &mut self.weather {
+        if let Some(AirWeather { glow: Some(glow), sunward, .. }) = &mut self.weather {
             let sun = [glow.to_sun.x, glow.to_sun.y];
             for (sunward, minor) in sunward.0.iter_mut().zip(group.minor) {
                 let ahead = group.forward as f32;
@@ -117,7 +117,7 @@ impl Air {
     /// Turns each lane to a direction of which the parts eastward and northward are given, and need not be of unit length.
     #[inline(always)]
     pub fn turn<V: Simd>(&mut self, simd: V, [east, north]: [V::F; 2]) {
-        if let Some(Weather { glow: Some(glow), sunward, .. }) = &mut self.weather {
+        if let Some(AirWeather { glow: Some(glow), sunward, .. }) = &mut self.weather {
             let least = simd.splat(1.0e-12);
             let along = east * simd.splat(glow.to_sun.x) + north * simd.splat(glow.to_sun.y);
             (along * (east * east + north * north + least).rsqrt()).store(&mut sunward.0);
@@ -217,7 +217,7 @@ impl Air {
     fn through_weather<V: Simd>(
         &self,
         simd: V,
-        weather: &Weather,
+        weather: &AirWeather,
         light: [V::F; 3],
         range: V::F,
         rise: V::F,
@@ -249,7 +249,13 @@ impl Air {
 
     /// `clear` is the share of the zenith's blue.
     #[inline(always)]
-    fn sky_through_weather<V: Simd>(&self, simd: V, weather: &Weather, clear: V::F, up: V::F) -> [V::F; 3] {
+    fn sky_through_weather<V: Simd>(
+        &self,
+        simd: V,
+        weather: &AirWeather,
+        clear: V::F,
+        up: V::F,
+    ) -> [V::F; 3] {
         let glow = weather.share(simd, up);
         let horizon = weather.lit(simd, HORIZON.to_array(), glow);
         let mut zenith = horizon;
@@ -275,7 +281,7 @@ impl Air {
     }
 }
 
-impl Weather {
+impl AirWeather {
     /// Share of sunlight in what glows, for elevations of which `up` is the sine.
     #[inline(always)]
     fn share<V: Simd>(&self, simd: V, up: V::F) -> Option<(V::F, [f32; 3])> {
@@ -302,7 +308,7 @@ impl Weather {
     }
 }
 
-impl Fog {
+impl EyeFog {
     /// Optical depth of the fog, see [`FogLayer::depth`].
     #[inline(always)]
     fn depth<V: Simd>(&self, simd: V, range: V::F, rise: V::F) -> V::F {

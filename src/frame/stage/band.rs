@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use glam::Vec3;
 
-use super::fan::{LookUp, PanoramaFan, Planes, UprightFan};
-use crate::raymarch::scan::Shape;
+use super::fan::{LookUp, PanoramaImage, PlaneSource, UprightImage};
+use crate::raymarch::scan::PlaneArray;
 use crate::simd::math::srgb8;
 use crate::simd::{Floats, Ints, Isa, Kernel, LANES, Mask, Simd, Sixteen};
 use hedgehop_base::colour::{linear_from_srgb8, linear_of_codes, srgb8_from_light};
@@ -105,7 +105,7 @@ impl Pixels<'_> {
 
 impl Band<'_> {
     /// Fills the band, whose first row is the screen's row `first`, with what `planes` saw.
-    pub fn fill(self, isa: Isa, planes: Planes<'_>, width: usize, first: usize) {
+    pub fn fill(self, isa: Isa, planes: PlaneSource<'_>, width: usize, first: usize) {
         isa.run(Filling { band: self, planes, width, first });
     }
 
@@ -126,7 +126,7 @@ impl Band<'_> {
 
 struct Filling<'b, 'a> {
     band: Band<'b>,
-    planes: Planes<'a>,
+    planes: PlaneSource<'a>,
     width: usize,
     first: usize,
 }
@@ -137,10 +137,14 @@ impl Kernel for Filling<'_, '_> {
     #[inline(always)]
     fn run<V: Simd>(self, simd: V) {
         let rows = self.first..self.first + self.band.rows(self.width);
-        let Planes { shape, cells, depths, .. } = self.planes;
+        let PlaneSource { shape, cells, depths, .. } = self.planes;
         match shape {
-            Shape::Upright(upright) => self.fill(simd, &UprightFan::new(simd, upright, cells, depths, rows)),
-            Shape::Panorama(panorama) => self.fill(simd, &PanoramaFan { simd, panorama, cells, depths }),
+            PlaneArray::Upright(upright) => {
+                self.fill(simd, &UprightImage::new(simd, upright, cells, depths, rows))
+            }
+            PlaneArray::Panorama(panorama) => {
+                self.fill(simd, &PanoramaImage { simd, panorama, cells, depths })
+            }
         }
     }
 }

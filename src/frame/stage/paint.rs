@@ -3,8 +3,8 @@
 use glam::DVec3;
 
 use super::air::Air;
-use crate::raymarch::scan::{Mark, PlaneGroup, Profile};
-use crate::sensor::radiance::{Crossings, Line, LineSampler, Place, Planes};
+use crate::raymarch::scan::{PlaneGroup, Profile, SampleLine};
+use crate::sensor::radiance::{Crossings, ImageLine, LineSampler, Place, PlanesAbove};
 use crate::simd::{Floats, Isa, Kernel, LANES, Simd, Sixteen};
 use crate::voxel::Grid;
 use hedgehop_base::error::Result;
@@ -13,7 +13,7 @@ use hedgehop_base::error::Result;
 const AHEAD: usize = 8;
 
 /// Linear light of sixteen planes.
-pub type Light = [Sixteen; 3];
+pub type PlaneLight = [Sixteen; 3];
 
 /// Finds the light of profiles of one frame.
 pub struct Painter<'a> {
@@ -39,7 +39,7 @@ impl Painter<'_> {
         profile: &Profile,
         angle: f64,
         squares: &[f32; LANES],
-        lights: &mut Vec<Light>,
+        lights: &mut Vec<PlaneLight>,
     ) -> Result<()> {
         lights.clear();
         if self.air.has_weather() {
@@ -56,7 +56,7 @@ struct Painting<'f, 'a, const WEATHER: bool> {
     profile: &'f Profile,
     angle: f64,
     squares: &'f [f32; LANES],
-    lights: &'f mut Vec<Light>,
+    lights: &'f mut Vec<PlaneLight>,
 }
 
 impl<const WEATHER: bool> Kernel for Painting<'_, '_, WEATHER> {
@@ -66,7 +66,7 @@ impl<const WEATHER: bool> Kernel for Painting<'_, '_, WEATHER> {
     fn run<V: Simd>(self, simd: V) -> Result<()> {
         let Self { painter, group, profile, angle, squares, lights } = self;
         let (squares, depth) = (simd.load(squares), simd.load(&group.depth));
-        let planes = Planes {
+        let planes = PlanesAbove {
             major: group.major,
             forward: group.forward > 0.0,
             height: painter.height / group.ground,
@@ -80,18 +80,18 @@ impl<const WEATHER: bool> Kernel for Painting<'_, '_, WEATHER> {
         let sights = profile.sights();
         let mut ahead = [[Place::default(); 2]; AHEAD];
         for (places, sight) in ahead.iter_mut().zip(sights) {
-            *places = seek(&mut crossings, &sight.mark, forward)?;
+            *places = seek(&mut crossings, &sight.line, forward)?;
         }
 
         for (index, sight) in sights.iter().enumerate() {
             let [place, before] = ahead[index % AHEAD];
             if let Some(later) = sights.get(index + AHEAD) {
-                ahead[index % AHEAD] = seek(&mut crossings, &later.mark, forward)?;
+                ahead[index % AHEAD] = seek(&mut crossings, &later.line, forward)?;
             }
 
             let (slope, inverse) = (simd.load(&sight.slope.0), simd.load(&sight.inverse.0));
-            let colour = if sight.mark.share < 1.0 {
-                let (at, share) = between_lines(simd, &sight.mark, (inverse * depth).recip());
+            let colour = if sight.line.share < 1.0 {
+                let (at, share) = between_lines(simd, &sight.line, (inverse * depth).recip());
                 let mut colour = crossings.sample_at(&place, at);
                 let before = crossings.sample_at(&before, at);
                 for (colour, before) in colour.iter_mut().zip(before) {
@@ -106,7 +106,7 @@ impl<const WEATHER: bool> Kernel for Painting<'_, '_, WEATHER> {
             let square = slope.mul_add(slope, squares);
             let slant = square.sqrt_rough();
             let seen = air.haze::<V, WEATHER>(simd, colour, slant * depth, slope * depth);
-            let mut light = Light::default();
+            let mut light = PlaneLight::default();
             for (light, seen) in light.iter_mut().zip(seen) {
                 seen.store(&mut light.0);
             }
@@ -120,7 +120,7 @@ impl<const WEATHER: bool> Kernel for Painting<'_, '_, WEATHER> {
 
 /// Major distances of planes (units) between a sight's line and the one before it, and their share of the way from that one.
 #[inline(always)]
-fn between_lines<V: Simd>(simd: V, mark: &Mark, distance: V::F) -> (V::F, V::F) {
+fn between_lines<V: Simd>(simd: V, mark: &SampleLine, distance: V::F) -> (V::F, V::F) {
     let side = Grid::side_units(mark.level) as f32;
     let line = simd.splat(mark.distance + (1.0 - mark.share) * side);
     let back = ((line - distance) * simd.splat(1.0 / side)).max(simd.splat(0.0)).min(simd.splat(1.0));
@@ -129,11 +129,15 @@ fn between_lines<V: Simd>(simd: V, mark: &Mark, distance: V::F) -> (V::F, V::F) 
 
 /// Finds the line that a sight's colour comes from, and the line before it if it is asked for.
 #[inline(always)]
-fn seek<V: Simd>(crossings: &mut Crossings<'_, '_, V>, mark: &Mark, forward: i64) -> Result<[Place; 2]> {
-    let line = Line { level: mark.level, index: mark.line, span: mark.span, distance: mark.distance };
+fn seek<V: Simd>(
+    crossings: &mut Crossings<'_, '_, V>,
+    mark: &SampleLine,
+    forward: i64,
+) -> Result<[Place; 2]> {
+    let line = ImageLine { level: mark.level, index: mark.line, span: mark.span, distance: mark.distance };
     let place = crossings.seek(line)?;
     if mark.share < 1.0 {
-        return Ok([place, crossings.seek(Line { index: mark.line - forward, ..line })?]);
+        return Ok([place, crossings.seek(ImageLine { index: mark.line - forward, ..line })?]);
     }
     Ok([place; 2])
 }

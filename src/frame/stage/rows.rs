@@ -16,17 +16,17 @@ use std::ops::Range;
 
 use super::air::Air;
 use super::cell::{Cell, Scale};
-use super::paint::Light;
-use crate::raymarch::scan::{Ladder, NO_SLOPE, Profile, Sight};
+use super::paint::PlaneLight;
+use crate::raymarch::scan::{NO_SLOPE, Profile, RowTable, VisibleSegment};
 use crate::simd::{Floats, Ints, Isa, Kernel, LANES, Mask, Simd, Sixteen};
 
 /// Least rise of a stretch, as tangent: keeps quotients finite.
 const LEAST_RISE: f32 = 1.0e-20;
 
 /// Rows to fill, from the lowest.
-pub struct Rows<'r> {
+pub struct RowFill<'r> {
     /// Rows of the fan.
-    pub ladder: &'r Ladder,
+    pub ladder: &'r RowTable,
     /// Index of the first one that is filled.
     pub first: usize,
     /// Light.
@@ -38,24 +38,24 @@ pub struct Rows<'r> {
 }
 
 /// Memory for light below each edge, used again for every group.
-pub type Sums = Vec<Light>;
+pub type EdgeSums = Vec<PlaneLight>;
 
-impl Rows<'_> {
+impl RowFill<'_> {
     /// Fills rows with what a profile of `lights` and the sky behind it send. `squares` is 1 + a² of each plane.
     pub fn fill(
         self,
         isa: Isa,
         profile: &Profile,
-        lights: &[Light],
+        lights: &[PlaneLight],
         air: &Air,
         squares: &[f32; LANES],
-        sums: &mut Sums,
+        sums: &mut EdgeSums,
     ) {
-        sums.resize(self.cells.len() + 1, Light::default());
+        sums.resize(self.cells.len() + 1, PlaneLight::default());
         if air.has_weather() {
-            isa.run(Filling::<true> { rows: self, profile, lights, air, squares, sums });
+            isa.run(RowFilling::<true> { rows: self, profile, lights, air, squares, sums });
         } else {
-            isa.run(Filling::<false> { rows: self, profile, lights, air, squares, sums });
+            isa.run(RowFilling::<false> { rows: self, profile, lights, air, squares, sums });
         }
     }
 
@@ -67,16 +67,16 @@ impl Rows<'_> {
     }
 }
 
-struct Filling<'f, 'r, const WEATHER: bool> {
-    rows: Rows<'r>,
+struct RowFilling<'f, 'r, const WEATHER: bool> {
+    rows: RowFill<'r>,
     profile: &'f Profile,
-    lights: &'f [Light],
+    lights: &'f [PlaneLight],
     air: &'f Air,
     squares: &'f [f32; LANES],
-    sums: &'f mut [Light],
+    sums: &'f mut [PlaneLight],
 }
 
-impl<const WEATHER: bool> Kernel for Filling<'_, '_, WEATHER> {
+impl<const WEATHER: bool> Kernel for RowFilling<'_, '_, WEATHER> {
     type Output = ();
 
     #[inline(always)]
@@ -98,7 +98,7 @@ impl<const WEATHER: bool> Kernel for Filling<'_, '_, WEATHER> {
                 else {
                     continue;
                 };
-                let stretch = Stretch {
+                let stretch = RowStretch {
                     slopes: [simd.load(&sights[0].slope.0), simd.load(&sights[1].slope.0)],
                     inverse: [&sights[0].inverse, &sights[1].inverse],
                     lights: [&lights[0], &lights[1]],
@@ -132,7 +132,7 @@ struct Spans {
 impl Spans {
     /// Goes on to the next ones.
     #[inline(always)]
-    fn find<V: Simd>(&mut self, simd: V, covering: &Covering<'_, V>, sights: &[Sight]) {
+    fn find<V: Simd>(&mut self, simd: V, covering: &Covering<'_, V>, sights: &[VisibleSegment]) {
         let mut covered = covering.covered;
         let [lowest, highest] = [-NO_SLOPE, NO_SLOPE].map(|slope| simd.splat(slope));
         let mut ends = [[0.0; LANES]; 2];
@@ -143,7 +143,7 @@ impl Spans {
         {
             let high = simd.load(&sight.slope.0);
             let rises = covered.lt(high);
-            if !sight.mark.begins && rises.any() {
+            if !sight.line.begins && rises.any() {
                 ends[0][self.count] = covered.select(rises, lowest).least();
                 ends[1][self.count] = high.select(rises, highest).greatest();
                 self.sights[self.count] = self.at;
@@ -162,19 +162,19 @@ impl Spans {
 }
 
 /// The surface from one sight to the next.
-struct Stretch<'s, V: Simd> {
+struct RowStretch<'s, V: Simd> {
     slopes: [V::F; 2],
     inverse: [&'s Sixteen; 2],
-    lights: [&'s Light; 2],
+    lights: [&'s PlaneLight; 2],
 }
 
 /// Planes on their way up the rows.
 struct Covering<'r, V: Simd> {
     simd: V,
-    rows: Rows<'r>,
+    rows: RowFill<'r>,
     /// Edges of these rows.
     edges: &'r [f32],
-    sums: &'r mut [Light],
+    sums: &'r mut [PlaneLight],
     /// Tangent up to which each plane is covered, and light up to there: light times tangent.
     covered: V::F,
     light: [V::F; 3],
@@ -183,7 +183,7 @@ struct Covering<'r, V: Simd> {
 impl<V: Simd> Covering<'_, V> {
     /// Takes in a stretch, which covers no other edges than those of `span`.
     #[inline(always)]
-    fn cover(&mut self, stretch: &Stretch<'_, V>, span: Range<usize>) {
+    fn cover(&mut self, stretch: &RowStretch<'_, V>, span: Range<usize>) {
         let simd = self.simd;
         let [low, high] = stretch.slopes;
         let rises = self.covered.lt(high);
@@ -231,7 +231,7 @@ impl<V: Simd> Covering<'_, V> {
 
     /// Inverse depth in the middles of rows that a stretch covers.
     #[inline(always)]
-    fn measure(&mut self, stretch: &Stretch<'_, V>, rises: V::M, per_rise: V::F, span: Range<usize>) {
+    fn measure(&mut self, stretch: &RowStretch<'_, V>, rises: V::M, per_rise: V::F, span: Range<usize>) {
         let simd = self.simd;
         let [low, high] = stretch.slopes;
         let [near, far] = stretch.inverse.map(|inverse| simd.load(&inverse.0));
@@ -298,7 +298,7 @@ impl<V: Simd> Covering<'_, V> {
 
 /// Light of the row between two edges.
 #[inline(always)]
-fn between<V: Simd>(simd: V, edges: &[Light], per_row: f32) -> [V::F; 3] {
+fn between<V: Simd>(simd: V, edges: &[PlaneLight], per_row: f32) -> [V::F; 3] {
     let mut light = [simd.splat(0.0); 3];
     for (channel, light) in light.iter_mut().enumerate() {
         let (low, high) = (simd.load(&edges[0][channel].0), simd.load(&edges[1][channel].0));

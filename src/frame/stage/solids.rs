@@ -2,7 +2,7 @@
 
 use super::air::Air;
 use super::cell::{Cell, Scale};
-use crate::raymarch::scan::{Cover, Ladder};
+use crate::raymarch::scan::{RowTable, SpanCoverage};
 use crate::simd::{Floats, Isa, Kernel, LANES, Mask, Simd, Sixteen};
 
 /// Share of a row above which it shows something.
@@ -12,9 +12,9 @@ const LEAST_SHARE: f32 = 1.0e-3;
 pub const GROUND: f32 = f32::INFINITY;
 
 /// Puts what `cover` has of a group of planes before what its rows show already, with the air before it.
-pub struct Solids<'r> {
+pub struct SpanPaint<'r> {
     /// Rows of the fan.
-    pub ladder: &'r Ladder,
+    pub ladder: &'r RowTable,
     /// Index of the first one that is filled.
     pub first: usize,
     /// Light of the rows.
@@ -27,21 +27,21 @@ pub struct Solids<'r> {
     /// asks.
     pub tilts: [&'r mut [Sixteen]; 2],
     /// Coverage of what stands before them.
-    pub cover: &'r Cover,
+    pub cover: &'r SpanCoverage,
     /// Haze.
     pub air: &'r Air,
     /// 1 + a² of each plane.
     pub squares: &'r [f32; LANES],
 }
 
-impl Solids<'_> {
+impl SpanPaint<'_> {
     /// Does it.
     pub fn put(self, isa: Isa) {
         isa.run(self);
     }
 }
 
-impl Kernel for Solids<'_> {
+impl Kernel for SpanPaint<'_> {
     type Output = ();
 
     #[inline(always)]

@@ -5,11 +5,11 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 
 use super::cell::{Cell, Scale};
-use super::paint::Light;
-use super::{Air, Rows, Sums};
+use super::paint::PlaneLight;
+use super::{Air, EdgeSums, RowFill};
 use crate::frame::Atmosphere;
-use crate::raymarch::scan::Ladder;
-use crate::raymarch::scan::{Mark, NO_SLOPE, Post, Profile};
+use crate::raymarch::scan::RowTable;
+use crate::raymarch::scan::{NO_SLOPE, Post, Profile, SampleLine};
 use crate::simd::{Floats, Ints, Isa, Kernel, LANES, Simd, Sixteen};
 
 const ROWS: usize = 40;
@@ -25,9 +25,9 @@ impl Kernel for Posts<'_> {
 
     fn run<V: Simd>(self, simd: V) {
         for (index, (slopes, begins)) in self.0.iter().enumerate() {
-            let mark = Mark { line: index as i64, ..Mark::default() };
+            let mark = SampleLine { line: index as i64, ..SampleLine::default() };
             let inverse = simd.splat(1.0 / (index + 1) as f32);
-            let post = Post::<V> { slope: simd.load(&slopes.0), inverse, mark };
+            let post = Post::<V> { slope: simd.load(&slopes.0), inverse, line: mark };
             if *begins { self.1.begin(&post) } else { self.1.add(&post, true) }
         }
     }
@@ -40,18 +40,24 @@ fn decode(cell: &Cell, lane: usize) -> [f32; 3] {
     std::array::from_fn(|channel| (codes[channel] as f32).powi(2) * Scale::ALL.units()[channel])
 }
 
-fn fill(isa: Isa, edges: &[f32], profile: &Profile, lights: &[Light], inverse: &mut [Sixteen]) -> Vec<Cell> {
+fn fill(
+    isa: Isa,
+    edges: &[f32],
+    profile: &Profile,
+    lights: &[PlaneLight],
+    inverse: &mut [Sixteen],
+) -> Vec<Cell> {
     // The fan has other rows above and below.
     let below = (1..=BELOW).rev().map(|row| edges[0] - 0.02 * row as f32);
     let above = (1..=BELOW).map(|row| edges[ROWS] + 0.02 * row as f32);
     let all: Vec<f32> = below.chain(edges.iter().copied()).chain(above).collect();
     let centres = all.windows(2).map(|edge| 0.5 * (edge[0] + edge[1])).collect();
-    let ladder = Ladder::new(all, centres);
+    let ladder = RowTable::new(all, centres);
     let mut cells = vec![Cell::default(); ROWS];
     let air = Air::new(&Atmosphere::new(20_000.0, 0.0), 100.0, 500.0);
-    let rows = Rows { ladder: &ladder, first: BELOW, cells: &mut cells, scale: Scale::ALL, inverse };
+    let rows = RowFill { ladder: &ladder, first: BELOW, cells: &mut cells, scale: Scale::ALL, inverse };
     // What was in the memory before must not matter.
-    let mut sums: Sums = vec![[Sixteen([f32::NAN; LANES]); 3]; 2 * ROWS];
+    let mut sums: EdgeSums = vec![[Sixteen([f32::NAN; LANES]); 3]; 2 * ROWS];
     rows.fill(isa, profile, lights, &air, &[1.0; LANES], &mut sums);
     cells
 }
@@ -116,7 +122,7 @@ fn posts(steps: &[Step], steepness: f32) -> Vec<(Sixteen, bool)> {
 }
 
 /// Edges that a ladder finds between pairs of tangents.
-struct Between<'l>(&'l Ladder, [[f32; LANES]; 2]);
+struct Between<'l>(&'l RowTable, [[f32; LANES]; 2]);
 
 impl Kernel for Between<'_> {
     type Output = [std::ops::Range<usize>; LANES];
@@ -184,7 +190,7 @@ proptest! {
         // Equal steps of elevation, up to 80 degrees and beyond.
         let edge = |row: usize| (bottom + (1.45 - bottom) * row as f32 / rows as f32).tan();
         let edges: Vec<f32> = (0..=rows).map(edge).collect();
-        let ladder = Ladder::new(edges.clone(), vec![0.0; rows]);
+        let ladder = RowTable::new(edges.clone(), vec![0.0; rows]);
         let low = ends.map(|(low, _)| if low < -1.5 { NO_SLOPE } else { low.tan() });
         let high = ends.map(|(low, rise)| if low + rise > 1.5 { -NO_SLOPE } else { (low + rise).tan() });
         for isa in Isa::available() {
@@ -207,7 +213,7 @@ proptest! {
         let mut edges = vec![-0.6_f32];
         heights.iter().for_each(|height| edges.push(edges[edges.len() - 1] + height));
         let posts = posts(&steps, steepness);
-        let lights: Vec<Light> = steps.iter().map(|(_, light, _)| light.map(Sixteen)).collect();
+        let lights: Vec<PlaneLight> = steps.iter().map(|(_, light, _)| light.map(Sixteen)).collect();
 
         for isa in Isa::available() {
             let mut profile = Profile::default();

@@ -14,9 +14,9 @@ use std::collections::VecDeque;
 use std::sync::PoisonError;
 use std::sync::atomic::Ordering;
 
-use super::super::leaving::Leaving;
+use super::super::leaving::DeferredEviction;
 use super::super::sync::{AtomicU8, AtomicU64, Mutex, MutexGuard, SegQueue, Sender};
-use super::{Claim, Expected, Ledger, ResidentPages, Tally, state};
+use super::{Claim, Expected, Ledger, PagingCounters, ResidentPages, state};
 use crate::voxel::{BoundsView, Header, HeightsView, PageId, PagePart, PageSource, PageView, SpansView};
 use hedgehop_base::error::Result;
 
@@ -26,13 +26,13 @@ const TOGETHER: usize = 4;
 /// Holdings and wants of frames that never wait.
 #[derive(Debug, Default)]
 pub(super) struct Late {
-    leaving: Mutex<Leaving>,
+    leaving: Mutex<DeferredEviction>,
     /// Each part of a page once, while its state says that it is wanted.
     wanted: SegQueue<PagePart>,
 }
 
 impl Late {
-    fn leaving(&self) -> MutexGuard<'_, Leaving> {
+    fn leaving(&self) -> MutexGuard<'_, DeferredEviction> {
         self.leaving.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -99,7 +99,7 @@ impl PresentPages<'_> {
         }
         let bit = 1 << (index % 64);
         if self.missed[index / 64].fetch_or(bit, Ordering::Relaxed) & bit == 0 {
-            Tally::add(&self.pages.tally.pages_late, 1);
+            PagingCounters::add(&self.pages.tally.pages_late, 1);
         }
         let is_new = before & (state::WANTED | state::COMING | state::RESIDENT) == 0
             && known.fetch_or(state::WANTED, Ordering::Relaxed) & state::WANTED == 0;
@@ -156,14 +156,14 @@ impl PageSource for PresentPages<'_> {
 
 /// Frame for which pages are brought, and what may go for them.
 #[derive(Clone, Copy)]
-pub(in crate::memory) enum Need<'a> {
+pub(in crate::memory) enum Purpose<'a> {
     /// A frame that has begun or is about to: all that no such frame needs may go.
     Now(u32, &'a dyn Fn(PageId) -> bool),
     /// A frame far ahead: only what lies behind the eye may go.
     Ahead(u32, &'a dyn Fn(PageId) -> bool),
 }
 
-impl Need<'_> {
+impl Purpose<'_> {
     /// Returns the claim that the place of a page makes when room is made.
     fn against(&self, page: PageId) -> Claim {
         match self {
@@ -218,8 +218,8 @@ impl ResidentPages {
 
     /// Brings some of `parts`, first ones first, as far as there is room, and takes them off the list with those that are there already.
     /// `false`: there is no room for the next one before frames end.
-    pub(in crate::memory) fn bring_some(&self, parts: &mut VecDeque<PagePart>, need: Need<'_>) -> bool {
-        let (Need::Now(frame, _) | Need::Ahead(frame, _)) = need;
+    pub(in crate::memory) fn bring_some(&self, parts: &mut VecDeque<PagePart>, need: Purpose<'_>) -> bool {
+        let (Purpose::Now(frame, _) | Purpose::Ahead(frame, _)) = need;
         let mut coming = Vec::new();
         let mut has_room = true;
         {
@@ -262,7 +262,7 @@ impl ResidentPages {
     }
 
     /// Evicts what may go for parts; whether there is room for them now. What frames in flight hold leaves later.
-    fn make_room_for(&self, ledger: &mut Ledger, parts: &[Expected], need: Need<'_>) -> bool {
+    fn make_room_for(&self, ledger: &mut Ledger, parts: &[Expected], need: Purpose<'_>) -> bool {
         let length = self.bytes_of(parts);
         self.make_room(ledger, length, &|page| need.against(page))
             && ledger.bytes.saturating_add(length) <= self.budget

@@ -17,9 +17,9 @@ mod late;
 mod reading;
 mod room;
 
-pub(super) use late::Need;
 pub use late::PresentPages;
-pub(super) use room::Sights;
+pub(super) use late::Purpose;
+pub(super) use room::PaintInSight;
 
 use std::sync::PoisonError;
 use std::sync::atomic::Ordering;
@@ -27,7 +27,7 @@ use std::time::Instant;
 
 use super::clock::{Claim, Clock};
 use super::sync::{self, AtomicU8, Condvar, Mutex, MutexGuard, ThreadId};
-use super::tally::Tally;
+use super::tally::PagingCounters;
 use super::{PageFile, Paging};
 use crate::voxel::{
     BoundsView, Header, HeightsView, PageId, PageNeeds, PagePart, PageSource, PageView, SpansView,
@@ -92,7 +92,7 @@ pub struct ResidentPages {
     states: Box<[AtomicU8]>,
     ledger: Mutex<Ledger>,
     came: Condvar,
-    tally: Tally,
+    tally: PagingCounters,
     /// The thread that looks ahead: what it touches is no demand miss.
     manager: Mutex<Option<ThreadId>>,
     late: late::Late,
@@ -110,7 +110,7 @@ impl ResidentPages {
             states: (0..count).map(|_| AtomicU8::new(0)).collect(),
             ledger: Mutex::new(ledger),
             came: Condvar::new(),
-            tally: Tally::default(),
+            tally: PagingCounters::default(),
             manager: Mutex::default(),
             late: late::Late::default(),
         }
@@ -132,7 +132,7 @@ impl ResidentPages {
         Paging { resident_bytes: ledger.bytes, resident_bytes_most: ledger.most, ..self.tally.read() }
     }
 
-    pub(super) fn tally(&self) -> &Tally {
+    pub(super) fn tally(&self) -> &PagingCounters {
         &self.tally
     }
 
@@ -250,10 +250,10 @@ impl ResidentPages {
         let mut ledger = self.ledger();
         match &outcome {
             Ok(bytes) => {
-                Tally::add(&self.tally.pages_read, 1);
-                Tally::add(&self.tally.bytes_read, *bytes);
+                PagingCounters::add(&self.tally.pages_read, 1);
+                PagingCounters::add(&self.tally.bytes_read, *bytes);
                 // What is read for a checksum alone is of use.
-                Tally::add(&self.tally.bytes_touched, *bytes - store.part_bytes(part));
+                PagingCounters::add(&self.tally.bytes_touched, *bytes - store.part_bytes(part));
                 if self.budget < u64::MAX {
                     ledger.clock.add(index as u32);
                 }
@@ -326,8 +326,8 @@ impl ResidentPages {
         }
         if !self.is_manager() {
             let counter = if is_miss { &self.tally.demand_misses } else { &self.tally.demand_waits };
-            Tally::add(counter, 1);
-            Tally::add_time(&self.tally.demand_wait_ns, begun.elapsed());
+            PagingCounters::add(counter, 1);
+            PagingCounters::add_time(&self.tally.demand_wait_ns, begun.elapsed());
         }
 
         outcome
@@ -350,8 +350,8 @@ impl ResidentPages {
     fn mark_used(&self, index: usize) {
         let before = self.states[index].fetch_or(state::USED | state::TOUCHED, Ordering::Relaxed);
         if before & state::TOUCHED == 0 {
-            Tally::add(&self.tally.pages_touched, 1);
-            Tally::add(&self.tally.bytes_touched, self.file.store().part_bytes(self.part(index)));
+            PagingCounters::add(&self.tally.pages_touched, 1);
+            PagingCounters::add(&self.tally.bytes_touched, self.file.store().part_bytes(self.part(index)));
         }
     }
 

@@ -6,7 +6,7 @@ use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use super::super::clock::Claim;
-use super::super::tally::Tally;
+use super::super::tally::PagingCounters;
 use super::{Expected, KEPT_LEVEL, Ledger, ResidentPages, SOON, state};
 use crate::voxel::{PageId, PageNeeds, PagePart};
 
@@ -14,7 +14,7 @@ use crate::voxel::{PageId, PageNeeds, PagePart};
 const AHEAD_SHARE: u64 = 50;
 
 /// Paint that frames which are not delivered yet may have in sight, with their numbers.
-pub(in crate::memory) type Sights = Vec<(u32, Vec<PagePart>)>;
+pub(in crate::memory) type PaintInSight = Vec<(u32, Vec<PagePart>)>;
 
 impl ResidentPages {
     /// Makes room for what frame `frame` needs, ahead of it or as it begins, and returns what of it must be [read](Self::read): whoever
@@ -25,7 +25,7 @@ impl ResidentPages {
         &self,
         frame: u32,
         needs: &PageNeeds,
-        paint: Option<&Sights>,
+        paint: Option<&PaintInSight>,
         behind: impl Fn(PageId) -> bool,
     ) -> Option<Vec<Expected>> {
         let mut ledger = self.ledger();
@@ -63,7 +63,7 @@ impl ResidentPages {
 
     /// Whether what stays, what comes and what a frame needs have room: together with all of `paint` if the frame is in flight or
     /// soon will be, or else within the share of frames ahead.
-    fn leaves_room(&self, ledger: &Ledger, needs: &PageNeeds, paint: &Sights, is_soon: bool) -> bool {
+    fn leaves_room(&self, ledger: &Ledger, needs: &PageNeeds, paint: &PaintInSight, is_soon: bool) -> bool {
         let bytes = |index| self.file.store().part_bytes(self.part(index));
         let stays = |index: usize| {
             ledger.needed_until[index] > ledger.delivered || self.part(index).page().level >= KEPT_LEVEL
@@ -102,7 +102,7 @@ impl ResidentPages {
         self.make_room(&mut ledger, bytes, &|_| Claim::None);
         missing.iter().for_each(|(part, index)| self.reserve(&mut ledger, *part, *index));
         drop(ledger);
-        Tally::add(&self.tally.pages_in_sight, missing.len() as u64);
+        PagingCounters::add(&self.tally.pages_in_sight, missing.len() as u64);
         self.read(&missing);
         let mut ledger = self.ledger();
         while parts.iter().any(|part| self.index(*part).is_some_and(|index| self.is_coming(index))) {
@@ -110,7 +110,7 @@ impl ResidentPages {
         }
 
         drop(ledger);
-        Tally::add_time(&self.tally.frame_wait_ns, begun.elapsed());
+        PagingCounters::add_time(&self.tally.frame_wait_ns, begun.elapsed());
     }
 
     /// Notes that a frame needs parts. Returns those that are neither here nor coming, and until when each was held before.
@@ -180,7 +180,7 @@ impl ResidentPages {
 
     pub(super) fn evict(&self, ledger: &mut Ledger, index: usize) {
         self.states[index].store(0, Ordering::Release);
-        Tally::add(&self.tally.pages_evicted, 1);
+        PagingCounters::add(&self.tally.pages_evicted, 1);
         self.leave(ledger, index);
     }
 }

@@ -1,7 +1,7 @@
 //! A shape that is alone in its pixels: sixteen pixels of a row at a time, and sixteen rays of one with an edge.
 
-use super::{Aim, Face, ONE_FACE, Seen, count_faces, dot, is_of, spread};
-use crate::objects::Ground;
+use super::{Aim, FirstHits, ONE_FACE, SeenFace, count_faces, dot, is_of, spread};
+use crate::objects::PixelGround;
 use crate::simd::{Floats, Kernel, LANES, Mask, Simd};
 
 /// Corners of a pixel, from its middle.
@@ -23,7 +23,7 @@ pub(in crate::objects) const FEW: [[[f32; LANES]; 2]; 1] = {
 const AROUND: f32 = 0.15;
 
 /// Looks at the middles and corners of sixteen pixels of a row.
-pub(in crate::objects) struct Row<'a> {
+pub(in crate::objects) struct PixelRow<'a> {
     pub aim: &'a Aim,
     /// Middles, pixels from that of the aim's pencil: to the right, and down.
     pub columns: &'a [f32; LANES],
@@ -32,7 +32,7 @@ pub(in crate::objects) struct Row<'a> {
     pub ground: &'a Grounds,
     /// Looks at the corners too.
     pub corners: bool,
-    pub middles: &'a mut Middles,
+    pub middles: &'a mut PixelMiddles,
 }
 
 /// The ground in sixteen pixels; see [`Ground`].
@@ -44,7 +44,7 @@ pub(in crate::objects) struct Grounds {
 
 /// Sight of the middles of sixteen pixels before the ground.
 #[derive(Debug, Clone, Copy, Default)]
-pub(in crate::objects) struct Middles {
+pub(in crate::objects) struct PixelMiddles {
     /// Pixels that see something.
     pub seen: u16,
     /// Pixels of these that see one face in all corners as well.
@@ -55,7 +55,7 @@ pub(in crate::objects) struct Middles {
     pub normal: [[f32; LANES]; 3],
 }
 
-impl Kernel for Row<'_> {
+impl Kernel for PixelRow<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -93,15 +93,15 @@ impl Kernel for Row<'_> {
 }
 
 /// Looks at a pixel with `N` times sixteen rays.
-pub(in crate::objects) struct Rays<'a, const N: usize> {
+pub(in crate::objects) struct PixelRays<'a, const N: usize> {
     pub aim: &'a Aim,
     /// Rays, pixels from the middle of the pixel.
     pub rays: &'a [[[f32; LANES]; 2]; N],
     /// The pixel's middle, pixels from that of the aim's pencil.
     pub middle: [f32; 2],
-    pub ground: &'a Ground,
+    pub ground: &'a PixelGround,
     /// Output for the faces seen before the ground.
-    pub faces: &'a mut Vec<Face>,
+    pub faces: &'a mut Vec<SeenFace>,
 }
 
 /// Rays of the first sixteen that meet a shape.
@@ -113,7 +113,7 @@ pub(in crate::objects) struct Met {
     pub behind: u16,
 }
 
-impl<const N: usize> Kernel for Rays<'_, N> {
+impl<const N: usize> Kernel for PixelRays<'_, N> {
     type Output = Met;
 
     #[inline(always)]
@@ -122,7 +122,7 @@ impl<const N: usize> Kernel for Rays<'_, N> {
         let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
         let [across, along] = ground.slope;
         let around = simd.splat(AROUND * (across.abs() + along.abs()));
-        let mut batches = [Seen::<V> { at: zero, aim: zero, normal: [zero; 3], metres: zero }; N];
+        let mut batches = [FirstHits::<V> { at: zero, aim: zero, normal: [zero; 3], metres: zero }; N];
         let mut met = Met { all: 0, before: 0, behind: 0 };
 
         for index in 0..N {
@@ -149,11 +149,12 @@ impl<const N: usize> Kernel for Rays<'_, N> {
 impl Aim {
     /// Finds what sixteen rays see of the body, and which of them do.
     #[inline(always)]
-    fn first<V: Simd>(&self, simd: V, offsets: [V::F; 2]) -> (Seen<V>, V::M) {
+    fn first<V: Simd>(&self, simd: V, offsets: [V::F; 2]) -> (FirstHits<V>, V::M) {
         let zero = simd.splat(0.0);
         let direction = spread(simd, &self.direction, offsets);
         let metres = dot::<V>(direction, direction).sqrt();
-        let mut seen = Seen { at: simd.splat(super::FAR), aim: simd.splat(-1.0), normal: [zero; 3], metres };
+        let mut seen =
+            FirstHits { at: simd.splat(super::FAR), aim: simd.splat(-1.0), normal: [zero; 3], metres };
         self.look(simd, 0, offsets, &mut seen);
         (seen, is_of(&seen, zero))
     }

@@ -3,10 +3,11 @@
 use glam::Vec3;
 
 use super::{
-    ALL, Aim, Face, LANES, Lanes, ONE_FACE, Pencil, RAYS, SLOW, Seen, begin_rays, dot, is_of, lane_of, total,
+    ALL, Aim, FirstHits, LANES, Lanes, ONE_FACE, Pencil, RAYS, SLOW, SeenFace, begin_rays, dot, is_of,
+    lane_of, total,
 };
 use crate::objects::mesh::{Facet, Mesh};
-use crate::objects::pixel::Ground;
+use crate::objects::pixel::PixelGround;
 use crate::simd::{Floats, Kernel, Mask, Simd, Sixteen};
 
 /// Faces that what is seen of a mesh in a pixel is lit as, at most.
@@ -20,7 +21,7 @@ const STRIP_PART: f32 = 0.4;
 
 /// A mesh before a pencil.
 #[derive(Debug, Clone)]
-pub(in crate::objects) struct Patch<'m> {
+pub(in crate::objects) struct MeshPatch<'m> {
     pub mesh: &'m Mesh,
     /// Facets of this mesh among all of the pixel.
     pub facets: std::ops::Range<usize>,
@@ -37,35 +38,35 @@ pub(in crate::objects) struct Patch<'m> {
 
 /// Something before a pencil.
 #[derive(Debug, Clone)]
-pub(in crate::objects) enum Item<'m> {
+pub(in crate::objects) enum MeshItem<'m> {
     Shape(Aim),
-    Mesh(Patch<'m>),
+    Mesh(MeshPatch<'m>),
 }
 
 /// [`super::Count`] for pixels with meshes.
 pub(in crate::objects) struct CountAll<'a> {
     /// Meshes by id of their bodies.
-    pub items: &'a [Item<'a>],
+    pub items: &'a [MeshItem<'a>],
     /// Around the pixel's middle.
     pub facets: &'a [Facet],
     pub pencil: &'a Pencil,
-    pub ground: &'a Ground,
+    pub ground: &'a PixelGround,
     /// Output for the faces that are seen.
-    pub faces: &'a mut Vec<Face>,
+    pub faces: &'a mut Vec<SeenFace>,
 }
 
 /// Whether 16 rays, all over a pixel up to its rim, see a mesh before the ground.
 pub(in crate::objects) struct Probe<'a> {
-    pub patch: &'a Patch<'a>,
+    pub patch: &'a MeshPatch<'a>,
     pub facets: &'a [Facet],
     pub pencil: &'a Pencil,
-    pub ground: &'a Ground,
+    pub ground: &'a PixelGround,
 }
 
 /// First hits of sixteen rays, where those may be on a mesh.
 #[derive(Clone, Copy)]
 struct Looked<V: Simd> {
-    seen: Seen<V>,
+    seen: FirstHits<V>,
     /// Index of the facet.
     facet: V::F,
     albedo: Lanes<V::F>,
@@ -83,7 +84,7 @@ const SPREAD: [[f32; LANES]; 2] = {
     spread
 };
 
-impl Patch<'_> {
+impl MeshPatch<'_> {
     /// Metres across a pixel at a way of the pencil's direction.
     pub fn metres(&self, at: f32) -> f32 {
         self.footprint[0].mul_add(at, self.footprint[1])
@@ -245,7 +246,7 @@ fn each(mut bits: u16) -> impl Iterator<Item = usize> {
 }
 
 #[inline(always)]
-fn begin<V: Simd>(simd: V, pencil: &Pencil, ground: &Ground, offsets: &[[f32; LANES]; 2]) -> Looked<V> {
+fn begin<V: Simd>(simd: V, pencil: &Pencil, ground: &PixelGround, offsets: &[[f32; LANES]; 2]) -> Looked<V> {
     let zero = simd.splat(0.0);
     let seen = begin_rays(simd, pencil, ground, [simd.load(&offsets[0]), simd.load(&offsets[1])]);
     Looked { seen, facet: simd.splat(-1.0), albedo: [zero; 3] }
@@ -274,24 +275,24 @@ impl Kernel for CountAll<'_> {
             *looked = begin(simd, pencil, ground, offsets);
             for (index, item) in items.iter().enumerate() {
                 match item {
-                    Item::Shape(aim) => {
+                    MeshItem::Shape(aim) => {
                         let [x, y] = [simd.load(&offsets[0]), simd.load(&offsets[1])];
                         aim.look(simd, index, [x, y], &mut looked.seen);
                     }
-                    Item::Mesh(patch) => patch.look(simd, index, facets, offsets, looked),
+                    MeshItem::Mesh(patch) => patch.look(simd, index, facets, offsets, looked),
                 }
             }
 
             for (index, item) in items.iter().enumerate() {
                 match item {
-                    Item::Shape(aim) => {
+                    MeshItem::Shape(aim) => {
                         let own = is_of(&looked.seen, simd.splat(index as f32));
                         for axis in 0..3 {
                             looked.albedo[axis] =
                                 simd.splat(aim.albedo[axis]).select(own, looked.albedo[axis]);
                         }
                     }
-                    Item::Mesh(patch) => patch.light(simd, index, facets, offsets, looked),
+                    MeshItem::Mesh(patch) => patch.light(simd, index, facets, offsets, looked),
                 }
             }
         }
@@ -304,7 +305,12 @@ impl Kernel for CountAll<'_> {
 
 /// Puts what rays see of an item into a few faces, each of normals like that of its first ray; the last takes what is left.
 #[inline(always)]
-fn count_faces<V: Simd>(simd: V, index: usize, batches: &[Looked<V>; RAYS / LANES], faces: &mut Vec<Face>) {
+fn count_faces<V: Simd>(
+    simd: V,
+    index: usize,
+    batches: &[Looked<V>; RAYS / LANES],
+    faces: &mut Vec<SeenFace>,
+) {
     let own = simd.splat(index as f32);
     let mut left = [0_u16; RAYS / LANES];
     for (left, looked) in left.iter_mut().zip(batches) {
@@ -336,7 +342,7 @@ fn count_faces<V: Simd>(simd: V, index: usize, batches: &[Looked<V>; RAYS / LANE
         if rays > 0 {
             let [x, y, z, range, red, green, blue] = sums;
             let each = 1.0 / rays as f32;
-            faces.push(Face {
+            faces.push(SeenFace {
                 aim: index,
                 rays,
                 normal: Vec3::new(total(x), total(y), total(z)) * each,

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::{Bundle, Inside, inside, spread};
+use super::{Bundle, InsideStretch, inside, spread};
 use crate::objects::Shape;
 use crate::simd::{Floats, Kernel, LANES, Mask, Simd};
 
@@ -11,7 +11,7 @@ const STEPS: [usize; 2] = [5, 7];
 
 /// Sixteen rays from all over a patch to all over the sun, before a shape, in whose axes all is.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::objects) struct Beam {
+pub(in crate::objects) struct SunBeam {
     pub shape: Shape,
     /// Middle of the patch, taken towards the sun's middle by `begin`, metres; what a half of the patch to the right adds, and a half down.
     pub origin: Bundle,
@@ -57,7 +57,7 @@ const fn root(square: f32) -> f32 {
     root
 }
 
-impl Kernel for &Beam {
+impl Kernel for &SunBeam {
     /// Rays that the shape holds up, bit by bit.
     type Output = u16;
 
@@ -71,7 +71,7 @@ impl Kernel for &Beam {
         for axis in 0..3 {
             origin[axis] = aside[axis].mul_add(simd.splat(self.begin), origin[axis]);
         }
-        let Inside { side, caps, meets } = inside(simd, &self.shape, origin, direction);
+        let InsideStretch { side, caps, meets } = inside(simd, &self.shape, origin, direction);
         let (enter, leave) = (side[0].max(caps[0]), side[1].min(caps[1]));
         (meets & enter.le(leave) & simd.splat(-self.begin).le(leave)).bits()
     }

@@ -1,7 +1,7 @@
 use super::*;
 use crate::earth::Curvature;
 use crate::objects::Body;
-use crate::objects::body::Sight;
+use crate::objects::body::SeenForm;
 use crate::objects::view::nearest;
 use crate::simd::Isa;
 use crate::space::{Attitude, Camera, Pose};
@@ -40,8 +40,8 @@ fn shares_of_half_planes_are_nearly_exact() {
     assert!(mean < 1.0 / 128.0 && worst < 0.06, "{mean} {worst}");
 }
 
-fn aim(pencil: &Pencil, body: &Placed) -> Aim {
-    let Sight::Shape(shape) = body.sight else { panic!("a shape") };
+fn aim(pencil: &Pencil, body: &PlacedBody) -> Aim {
+    let SeenForm::Shape(shape) = body.sight else { panic!("a shape") };
     pencil.aim(body, shape)
 }
 
@@ -69,21 +69,21 @@ fn counts_are_those_of_single_rays() {
         let middle = DVec2::new(200.0 * part(0.618), 160.0 * part(0.414));
         let ahead = camera.ray(middle.x, middle.y).unwrap();
 
-        let bodies: Vec<Placed> = (0..2)
+        let bodies: Vec<PlacedBody> = (0..2)
             .map(|id| {
                 let aside = DVec3::new(4.0 * part(0.11), 3.0 * part(0.23), 5.0 * part(0.37) - 4.0);
                 let distance = [120.0, 3000.0, 12.0][turn as usize % 3] + 5.0 * f64::from(id);
                 let position = ahead.origin + ahead.direction * distance + aside;
                 let shape = shapes[(turn as usize + id as usize) % shapes.len()];
                 let body = Body { id, form: shape.into(), position, attitude, albedo: Vec3::ONE };
-                Placed::parts(&body, pose.eye, camera.footprint(), Curvature::FLAT).remove(0)
+                PlacedBody::parts(&body, pose.eye, camera.footprint(), Curvature::FLAT).remove(0)
             })
             .collect();
 
         let pencil = Pencil::new(&lens, middle).unwrap();
         let aims: Vec<_> = bodies.iter().map(|body| aim(&pencil, body)).collect();
         let mut faces = Vec::new();
-        let ground = Ground::default();
+        let ground = PixelGround::default();
         isa.run(Count { aims: &aims, pencil: &pencil, ground: &ground, faces: &mut faces });
 
         let hits: Vec<_> = (0..RAYS)

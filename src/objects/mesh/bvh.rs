@@ -30,7 +30,7 @@ const NODE_COST: f32 = 1.0;
 
 /// A box, and what is in it.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Node {
+pub(super) struct BvhNode {
     pub low: Vec3,
     /// Index of the first triangle of a leaf, or of the first of two nodes that follow each other.
     pub first: u32,
@@ -48,13 +48,13 @@ struct Item {
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Bounds {
+struct TreeBounds {
     low: Vec3,
     high: Vec3,
     count: usize,
 }
 
-impl Bounds {
+impl TreeBounds {
     const NONE: Self = Self { low: Vec3::INFINITY, high: Vec3::NEG_INFINITY, count: 0 };
 
     fn and(self, low: Vec3, high: Vec3) -> Self {
@@ -86,18 +86,18 @@ impl Item {
 }
 
 /// The nodes, the root first, and the order in which their leaves have the triangles, whose corners are given. There is one triangle at least.
-pub(super) fn tree(triangles: impl Iterator<Item = [Vec3; 3]>) -> (Vec<Node>, Vec<u32>) {
+pub(super) fn tree(triangles: impl Iterator<Item = [Vec3; 3]>) -> (Vec<BvhNode>, Vec<u32>) {
     let mut items: Vec<_> = (0..)
         .zip(triangles)
         .map(|(triangle, [a, b, c])| Item { low: a.min(b).min(c), high: a.max(b).max(c), triangle })
         .collect();
-    let root = Node { low: Vec3::ZERO, high: Vec3::ZERO, first: 0, count: 0 };
+    let root = BvhNode { low: Vec3::ZERO, high: Vec3::ZERO, first: 0, count: 0 };
     let mut nodes = vec![root];
     let mut waiting = vec![(0, 0..items.len(), 0)];
 
     while let Some((node, range, depth)) = waiting.pop() {
         let part = &mut items[range.clone()];
-        let all = part.iter().fold(Bounds::NONE, |all, item| all.and(item.low, item.high));
+        let all = part.iter().fold(TreeBounds::NONE, |all, item| all.and(item.low, item.high));
 
         // Rays that graze a box are not lost to rounding.
         let pad = 4.0e-6 * all.low.abs().max(all.high.abs()).max_element();
@@ -118,7 +118,7 @@ pub(super) fn tree(triangles: impl Iterator<Item = [Vec3; 3]>) -> (Vec<Node>, Ve
 }
 
 /// Orders a part so that its first items are one child's; how many these are. `None`: it is a leaf.
-fn cut(part: &mut [Item], all: &Bounds, depth: u32) -> Option<usize> {
+fn cut(part: &mut [Item], all: &TreeBounds, depth: u32) -> Option<usize> {
     if part.len() <= LEAF {
         return None;
     }
@@ -126,7 +126,7 @@ fn cut(part: &mut [Item], all: &Bounds, depth: u32) -> Option<usize> {
     if depth < DEEP
         && let Some((axis, slice, cost)) = best(part)
     {
-        let whole = Bounds { count: 1, ..*all }.cost();
+        let whole = TreeBounds { count: 1, ..*all }.cost();
         if part.len() <= MOST_LEAF && all.cost() <= cost + NODE_COST * whole {
             return None;
         }
@@ -174,20 +174,20 @@ fn best(part: &[Item]) -> Option<(usize, usize, f32)> {
     let mut best: Option<(usize, usize, f32)> = None;
     for axis in 0..3 {
         let Some(slices) = Slices::of(part, axis) else { continue };
-        let mut filled = [Bounds::NONE; SLICES];
+        let mut filled = [TreeBounds::NONE; SLICES];
         for item in part {
             let slice = &mut filled[slices.index(item)];
             *slice = slice.and(item.low, item.high);
         }
 
         let mut behind = [0.0; SLICES];
-        let mut sum = Bounds::NONE;
+        let mut sum = TreeBounds::NONE;
         for slice in (1..SLICES).rev() {
             sum = sum.with(filled[slice]);
             behind[slice] = sum.cost();
         }
 
-        sum = Bounds::NONE;
+        sum = TreeBounds::NONE;
         for slice in 1..SLICES {
             sum = sum.with(filled[slice - 1]);
             let cost = sum.cost() + behind[slice];

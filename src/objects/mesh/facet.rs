@@ -29,7 +29,7 @@ pub(in crate::objects) struct Basis {
 
 /// A part of the screen, pixels to the right and down.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::objects) struct Bounds {
+pub(in crate::objects) struct PixelBounds {
     pub low: [f32; 2],
     pub high: [f32; 2],
 }
@@ -43,7 +43,7 @@ pub(in crate::objects) struct Facet {
     pub sum: [f32; 3],
     /// Way beyond the basis's beginning, times the sum.
     pub way: [f32; 3],
-    pub bounds: Bounds,
+    pub bounds: PixelBounds,
     /// Least and greatest way of the corners.
     pub near: f32,
     pub far: f32,
@@ -54,7 +54,7 @@ pub(in crate::objects) struct Facet {
 
 /// A place in homogeneous coordinates, and how far along the ray.
 #[derive(Debug, Clone, Copy)]
-struct Place {
+struct FacetPlace {
     x: f32,
     y: f32,
     w: f32,
@@ -65,7 +65,7 @@ pub(super) fn at(function: [f32; 3], x: f32, y: f32) -> f32 {
     function[0] * x + function[1] * y + function[2]
 }
 
-impl Bounds {
+impl PixelBounds {
     pub fn meets(&self, other: &Self) -> bool {
         (0..2).all(|axis| self.low[axis] <= other.high[axis] && other.low[axis] <= self.high[axis])
     }
@@ -109,10 +109,10 @@ impl Basis {
         is_sound.then_some(basis)
     }
 
-    fn place(&self, position: Vec3) -> Place {
+    fn place(&self, position: Vec3) -> FacetPlace {
         let from = position - self.origin;
         let way = self.rows[2].dot(from);
-        Place {
+        FacetPlace {
             x: self.rows[0].dot(from),
             y: self.rows[1].dot(from),
             w: self.depth[1] * way + self.depth[0],
@@ -121,7 +121,7 @@ impl Basis {
     }
 
     /// Planes that hold all places in `bounds` on the side where `normal · place + offset ≥ 0`.
-    fn planes(&self, bounds: &Bounds) -> [(Vec3, f32); 5] {
+    fn planes(&self, bounds: &PixelBounds) -> [(Vec3, f32); 5] {
         let [x, y, way] = self.rows;
         let plane = |row: Vec3, sign: f32, end: f32| {
             // sign · (row − end · w) ≥ 0
@@ -138,10 +138,10 @@ impl Basis {
     }
 
     /// Projects a triangle to the pixels of `bounds`; `None`: it is not there.
-    fn facet(&self, mesh: &Mesh, index: u32, triangle: &Triangle, bounds: &Bounds) -> Option<Facet> {
+    fn facet(&self, mesh: &Mesh, index: u32, triangle: &Triangle, bounds: &PixelBounds) -> Option<Facet> {
         let [a, b, c] = mesh.places_of(triangle).map(|corner| self.place(corner));
         let (near, far) = (a.way.min(b.way).min(c.way), a.way.max(b.way).max(c.way));
-        let mut around = Bounds { low: [f32::NEG_INFINITY; 2], high: [f32::INFINITY; 2] };
+        let mut around = PixelBounds { low: [f32::NEG_INFINITY; 2], high: [f32::INFINITY; 2] };
         if a.w.min(b.w).min(c.w) > BEHIND {
             let [a, b, c] = [a, b, c].map(|place| [place.x / place.w, place.y / place.w]);
             for axis in 0..2 {
@@ -153,7 +153,7 @@ impl Basis {
             }
         }
 
-        let edge = |from: Place, to: Place| {
+        let edge = |from: FacetPlace, to: FacetPlace| {
             [from.y * to.w - from.w * to.y, from.w * to.x - from.x * to.w, from.x * to.y - from.y * to.x]
         };
         let mut edges = [edge(b, c), edge(c, a), edge(a, b)];
@@ -181,19 +181,19 @@ impl Basis {
 impl Facet {
     /// Whether it may be in `bounds`.
     #[inline]
-    pub fn is_in(&self, bounds: &Bounds) -> bool {
+    pub fn is_in(&self, bounds: &PixelBounds) -> bool {
         self.bounds.meets(bounds) && self.edges.iter().all(|edge| bounds.most(*edge) >= 0.0)
     }
 
     /// The same around another place, so many pixels to the right and down.
     pub fn around(&self, x: f32, y: f32) -> Self {
         let moved = |function: [f32; 3]| [function[0], function[1], at(function, x, y)];
-        let Bounds { low, high } = self.bounds;
+        let PixelBounds { low, high } = self.bounds;
         Self {
             edges: self.edges.map(moved),
             sum: moved(self.sum),
             way: moved(self.way),
-            bounds: Bounds { low: [low[0] - x, low[1] - y], high: [high[0] - x, high[1] - y] },
+            bounds: PixelBounds { low: [low[0] - x, low[1] - y], high: [high[0] - x, high[1] - y] },
             ..*self
         }
     }
@@ -237,7 +237,7 @@ impl Facet {
 
 impl Mesh {
     /// Puts its triangles that rays in `bounds` may meet into `facets`.
-    pub(in crate::objects) fn before(&self, basis: &Basis, bounds: &Bounds, facets: &mut Vec<Facet>) {
+    pub(in crate::objects) fn before(&self, basis: &Basis, bounds: &PixelBounds, facets: &mut Vec<Facet>) {
         let planes = basis.planes(bounds);
         let mut stack = [0_u32; STACK];
         let mut waiting = 1;

@@ -13,11 +13,11 @@ mod tests;
 
 use glam::{Vec2, Vec3, Vec4};
 
-use bvh::Node;
+use bvh::BvhNode;
 use hedgehop_assets::model::Material;
 
-pub(super) use facet::{Basis, Bounds, Facet};
-pub(super) use ray::Point;
+pub(super) use facet::{Basis, Facet, PixelBounds};
+pub(super) use ray::MeshHit;
 
 /// Metres from a mesh's origin beyond which no corner of it is.
 const FARTHEST: f32 = 1.0e6;
@@ -27,7 +27,7 @@ const ONE_TEXEL: f32 = 0.25;
 
 /// Triangles of one material, in axes of their own: x right, y forward, z up, metres.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Part {
+pub struct MeshPart {
     /// Corners, metres.
     pub positions: Vec<Vec3>,
     /// Normals of the surface around each corner, of any length; none: each triangle is flat.
@@ -44,7 +44,7 @@ pub struct Part {
 
 /// Triangles that can be looked at.
 pub struct Mesh {
-    nodes: Vec<Node>,
+    nodes: Vec<BvhNode>,
     /// Triangles in the order of the leaves.
     triangles: Vec<Triangle>,
     positions: Vec<Vec3>,
@@ -89,13 +89,13 @@ impl Mesh {
     /// # Errors
     /// A clause that says what is wrong: a number that is not finite or too large, an index without corner, lists of unequal lengths, no
     /// triangle at all.
-    pub fn new(parts: Vec<Part>) -> Result<Self, String> {
+    pub fn new(parts: Vec<MeshPart>) -> Result<Self, String> {
         let corners: usize = parts.iter().map(|part| part.positions.len()).sum();
         if u32::try_from(corners).is_err() {
             return Err(format!("it has {corners} corners, more than there are numbers for"));
         }
 
-        let has = |holds: fn(&Part) -> bool| parts.iter().any(holds);
+        let has = |holds: fn(&MeshPart) -> bool| parts.iter().any(holds);
         let (normals, places, colours) = (
             has(|part| !part.normals.is_empty()),
             has(|part| !part.places.is_empty() && part.material.texture.is_some()),
@@ -280,7 +280,7 @@ impl Mesh {
 }
 
 /// Refuses what nothing can be made of.
-fn check(part: &Part) -> Result<(), String> {
+fn check(part: &MeshPart) -> Result<(), String> {
     let count = part.positions.len();
     let fits = |list: usize| list == 0 || list == count;
     if !fits(part.normals.len()) || !fits(part.places.len()) || !fits(part.colours.len()) {

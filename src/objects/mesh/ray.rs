@@ -11,7 +11,7 @@ use super::{Mesh, Triangle};
 
 /// Hit of a ray on a mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::objects) struct Point {
+pub(in crate::objects) struct MeshHit {
     /// Multiples of the ray's direction, ≥ 0.
     pub range: f64,
     /// Index of the triangle.
@@ -92,7 +92,7 @@ impl Ray {
 
 impl Mesh {
     /// Finds where the ray from `origin` in `direction` (of any length but 0, both in the mesh's axes) first meets the mesh.
-    pub(in crate::objects) fn touch(&self, origin: DVec3, direction: DVec3, metres: f32) -> Option<Point> {
+    pub(in crate::objects) fn touch(&self, origin: DVec3, direction: DVec3, metres: f32) -> Option<MeshHit> {
         let (ray, way) = Ray::beside(self, origin, direction)?;
         let mut nearest: Option<Met> = None;
         self.walk(&ray, f32::INFINITY, |index, triangle, end| {
@@ -107,7 +107,7 @@ impl Mesh {
             None::<()>
         });
         let Met { at, triangle, weights, is_behind } = nearest?;
-        Some(Point { range: (way + f64::from(at)) / direction.length(), triangle, weights, is_behind })
+        Some(MeshHit { range: (way + f64::from(at)) / direction.length(), triangle, weights, is_behind })
     }
 
     /// Whether anything of it lies on the ray from `origin` in `direction`, up to `end` multiples of that, seen from whichever side: whether it casts a

@@ -3,12 +3,12 @@ use glam::{DVec3, Vec2, Vec3};
 use super::*;
 
 /// An uneven surface over a square of 40 m, of two triangles per metre.
-fn surface() -> Part {
+fn surface() -> MeshPart {
     let height = |x: u32, y: u32| ((x * 7 + y * 13) % 5) as f32 * 0.3 + (x as f32 * 0.3).sin();
     let corners = (0..41).flat_map(|y| (0..41).map(move |x| (x, y)));
     let positions = corners.map(|(x, y)| Vec3::new(x as f32 - 20.0, y as f32 - 20.0, height(x, y)));
     let cells = (0..40).flat_map(|y| (0..40).map(move |x| 41 * y + x));
-    Part {
+    MeshPart {
         positions: positions.collect(),
         normals: Vec::new(),
         places: Vec::new(),
@@ -19,7 +19,7 @@ fn surface() -> Part {
 }
 
 /// The nearest triangle by trying all of them in double precision (Möller and Trumbore, 1997).
-fn nearest(part: &Part, origin: DVec3, direction: DVec3) -> Option<f64> {
+fn nearest(part: &MeshPart, origin: DVec3, direction: DVec3) -> Option<f64> {
     let ranges = part.triangles.iter().filter_map(|triangle| {
         let [a, b, c] = triangle.map(|corner| part.positions[corner as usize].as_dvec3());
         let (across, along) = (b - a, c - a);
@@ -87,7 +87,7 @@ fn facets_are_what_rays_meet() {
             29.0,
         );
         let basis = basis.unwrap();
-        let bounds = Bounds { low: [-3.0; 2], high: [3.0; 2] };
+        let bounds = PixelBounds { low: [-3.0; 2], high: [3.0; 2] };
         let mut facets = Vec::new();
         mesh.before(&basis, &bounds, &mut facets);
 
@@ -117,13 +117,13 @@ fn facets_are_what_rays_meet() {
 
 #[test]
 fn what_cannot_be_a_mesh_is_refused() {
-    let with = |change: fn(&mut Part)| {
+    let with = |change: fn(&mut MeshPart)| {
         let mut part = surface();
         change(&mut part);
         Mesh::new(vec![part])
     };
 
-    let refused: [fn(&mut Part); 7] = [
+    let refused: [fn(&mut MeshPart); 7] = [
         |part| part.positions[5].y = f32::NAN,
         |part| part.positions[5].y = 1.0e9,
         |part| part.triangles[3] = [0, 1, 5000],
@@ -157,7 +157,7 @@ fn the_eye_may_be_anywhere() {
                 29.0,
             ) {
                 let mut facets = Vec::new();
-                mesh.before(&basis, &Bounds { low: [-0.5; 2], high: [0.5; 2] }, &mut facets);
+                mesh.before(&basis, &PixelBounds { low: [-0.5; 2], high: [0.5; 2] }, &mut facets);
             }
         }
     }

@@ -9,9 +9,9 @@
 
 use glam::{DVec2, DVec3, Vec2, Vec3};
 
-use super::{Ground, Looking, Seen};
-use crate::objects::body::Sight;
-use crate::objects::cover::{CountAll, Item, Patch, Pencil, Probe};
+use super::{Looking, PixelGround, Seen};
+use crate::objects::body::SeenForm;
+use crate::objects::cover::{CountAll, MeshItem, MeshPatch, Pencil, Probe};
 use crate::objects::lens::Line;
 use crate::objects::mesh::Facet;
 use crate::objects::sheet::are_alike;
@@ -40,14 +40,14 @@ impl<'v> Looking<'v> {
         &mut self,
         place: DVec2,
         middle: &Line,
-        ground: &Ground,
+        ground: &PixelGround,
         shade: impl Fn(&Hit, &Ray) -> Vec3,
     ) -> Option<Option<Seen>> {
         let lens = self.square.lens;
         let Some(pencil) = Pencil::new(&lens, place) else { return Some(None) };
         let square = [&self.square.columns, &self.square.rows];
         self.sheets.facets.clear();
-        let mut items: Vec<Item<'v>> = Vec::with_capacity(self.near.len());
+        let mut items: Vec<MeshItem<'v>> = Vec::with_capacity(self.near.len());
         let sheets = &mut self.sheets;
 
         self.near.retain(|body| {
@@ -56,13 +56,13 @@ impl<'v> Looking<'v> {
             items.extend(item);
             is_there
         });
-        if !items.iter().any(|item| matches!(item, Item::Mesh(_))) {
+        if !items.iter().any(|item| matches!(item, MeshItem::Mesh(_))) {
             return None;
         }
 
         self.drop_hidden(&mut items);
         let ray = lens.ray(middle);
-        if let [Item::Mesh(patch)] = items.as_slice()
+        if let [MeshItem::Mesh(patch)] = items.as_slice()
             && let Some(hit) = self.one_face(patch, &pencil, ground, ray.direction)
         {
             return Some(Some(Seen { share: 1.0, colour: shade(&hit, &ray), hit }));
@@ -81,10 +81,10 @@ impl<'v> Looking<'v> {
     }
 
     /// Leaves out what lies behind a triangle that fills the pixel.
-    fn drop_hidden(&mut self, items: &mut Vec<Item<'v>>) {
+    fn drop_hidden(&mut self, items: &mut Vec<MeshItem<'v>>) {
         let patches = items.iter().filter_map(|item| match item {
-            Item::Mesh(patch) => Some(patch),
-            Item::Shape(_) => None,
+            MeshItem::Mesh(patch) => Some(patch),
+            MeshItem::Shape(_) => None,
         });
         let end = patches.map(|patch| self.end_of(patch)).fold(f32::INFINITY, f32::min);
         if end == f32::INFINITY {
@@ -94,7 +94,7 @@ impl<'v> Looking<'v> {
         let facets = &mut self.sheets.facets;
         let mut kept = 0;
         for item in items.iter_mut() {
-            let Item::Mesh(patch) = item else { continue };
+            let MeshItem::Mesh(patch) = item else { continue };
             let first = kept;
             for number in patch.facets.clone() {
                 if (facets[number].near + patch.begin) * patch.ratio <= end {
@@ -106,14 +106,14 @@ impl<'v> Looking<'v> {
         }
 
         facets.truncate(kept);
-        let is_left = |item: &Item<'_>| !matches!(item, Item::Mesh(patch) if patch.facets.is_empty());
+        let is_left = |item: &MeshItem<'_>| !matches!(item, MeshItem::Mesh(patch) if patch.facets.is_empty());
         let mut left = items.iter().map(is_left);
         self.near.retain(|_| left.next() == Some(true));
         items.retain(is_left);
     }
 
     /// Returns the end of the nearest triangle that fills the pixel, multiples of the pencil's direction; none: infinity.
-    fn end_of(&self, patch: &Patch<'_>) -> f32 {
+    fn end_of(&self, patch: &MeshPatch<'_>) -> f32 {
         let filling = self.sheets.facets[patch.facets.clone()]
             .iter()
             .filter(|facet| facet.covers() && !patch.mesh.is_masked(patch.mesh.triangle_at(facet.triangle)));
@@ -125,7 +125,13 @@ impl<'v> Looking<'v> {
     }
 
     /// Returns what the middle of a pixel sees of a mesh that fills it, and looks like one face there.
-    fn one_face(&self, patch: &Patch<'_>, pencil: &Pencil, ground: &Ground, direction: DVec3) -> Option<Hit> {
+    fn one_face(
+        &self,
+        patch: &MeshPatch<'_>,
+        pencil: &Pencil,
+        ground: &PixelGround,
+        direction: DVec3,
+    ) -> Option<Hit> {
         let all = &self.sheets.facets[patch.facets.clone()];
         if all.iter().any(|facet| patch.mesh.is_masked(patch.mesh.triangle_at(facet.triangle))) {
             return None;
@@ -153,7 +159,7 @@ impl<'v> Looking<'v> {
     }
 
     /// Finds where the middle of a pixel meets a mesh.
-    fn middle_of(&self, patch: &Patch<'_>) -> Option<Middle> {
+    fn middle_of(&self, patch: &MeshPatch<'_>) -> Option<Middle> {
         let mut nearest: Option<Middle> = None;
         for (index, facet) in patch.facets.clone().zip(&self.sheets.facets[patch.facets.clone()]) {
             let Some((way, weights)) = facet.middle() else { continue };
@@ -171,7 +177,7 @@ impl<'v> Looking<'v> {
     }
 
     /// The mesh as the middle of a pixel sees it, in the mean colour around it.
-    fn hit(&self, patch: &Patch<'_>, middle: &Middle, direction: DVec3) -> Hit {
+    fn hit(&self, patch: &MeshPatch<'_>, middle: &Middle, direction: DVec3) -> Hit {
         let facet: &Facet = &self.sheets.facets[middle.facet];
         let triangle = patch.mesh.triangle_at(facet.triangle);
         let normal = patch.turned(patch.mesh.normal(triangle, middle.weights, facet.is_behind));
@@ -189,11 +195,11 @@ impl<'v> Looking<'v> {
     }
 
     /// Finds the nearest hit of the middle of a pixel on some items.
-    fn nearest_of(&self, items: &[Item<'_>], line: &Line) -> Option<Hit> {
+    fn nearest_of(&self, items: &[MeshItem<'_>], line: &Line) -> Option<Hit> {
         let mut found: Option<Hit> = None;
         for (body, item) in self.near.iter().zip(items) {
             let hit = match (item, &body.sight) {
-                (Item::Mesh(patch), _) => self.middle_of(patch).map(|middle| {
+                (MeshItem::Mesh(patch), _) => self.middle_of(patch).map(|middle| {
                     let facet = &self.sheets.facets[middle.facet];
                     let triangle = patch.mesh.triangle_at(facet.triangle);
                     let normal = patch.turned(patch.mesh.normal(triangle, middle.weights, facet.is_behind));
@@ -201,10 +207,10 @@ impl<'v> Looking<'v> {
                         patch.mesh.colour(triangle, middle.weights, patch.metres(middle.at), patch.albedo);
                     Hit { id: body.id, range: f64::from(middle.at), normal, albedo }
                 }),
-                (Item::Shape(_), Sight::Shape(_)) => {
+                (MeshItem::Shape(_), SeenForm::Shape(_)) => {
                     nearest(std::iter::once(*body), line, self.square.lens.camera.footprint())
                 }
-                (Item::Shape(_), Sight::Mesh(_)) => None,
+                (MeshItem::Shape(_), SeenForm::Mesh(_)) => None,
             };
 
             found = match (found, hit) {

@@ -1,13 +1,13 @@
 //! Share of a pixel that each body covers.
 
-use super::{Ground, Looking, Seen};
+use super::{Looking, PixelGround, Seen};
 use crate::objects::Square;
 use crate::objects::cover::RAYS;
 use crate::simd::Isa;
 
 /// Share of a pixel that one body covers.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Share {
+pub struct BodyShare {
     /// The body's number.
     pub id: u32,
     /// Share of the pixel, 0…1, more than 0.
@@ -20,8 +20,8 @@ impl Square<'_> {
     pub fn shares(
         &self,
         isa: Isa,
-        ground: impl Fn(usize, usize) -> Ground,
-        mut put: impl FnMut(usize, usize, &[Share]),
+        ground: impl Fn(usize, usize) -> PixelGround,
+        mut put: impl FnMut(usize, usize, &[BodyShare]),
     ) {
         let mut shares = Vec::new();
         self.each(
@@ -32,7 +32,7 @@ impl Square<'_> {
                 shares.clear();
                 match looking {
                     Some(looking) => looking.split(seen, &mut shares),
-                    None => shares.push(Share { id: seen.hit.id, share: seen.share }),
+                    None => shares.push(BodyShare { id: seen.hit.id, share: seen.share }),
                 }
                 put(row, column, &shares);
             },
@@ -42,16 +42,16 @@ impl Square<'_> {
 
 impl Looking<'_> {
     /// Adds what each body has of what was `seen` of the latest pixel to `shares`, which is empty.
-    fn split(&self, seen: &Seen, shares: &mut Vec<Share>) {
+    fn split(&self, seen: &Seen, shares: &mut Vec<BodyShare>) {
         // Where all rays see one face, they are not counted.
         if self.faces.is_empty() {
-            shares.push(Share { id: seen.hit.id, share: seen.share });
+            shares.push(BodyShare { id: seen.hit.id, share: seen.share });
         }
         for face in &self.faces {
             let (id, share) = (self.near[face.aim].id, face.rays as f32 / RAYS as f32);
             match shares.iter_mut().find(|known| known.id == id) {
                 Some(known) => known.share += share,
-                None => shares.push(Share { id, share }),
+                None => shares.push(BodyShare { id, share }),
             }
         }
         shares.sort_unstable_by(|a, b| b.share.total_cmp(&a.share).then(a.id.cmp(&b.id)));

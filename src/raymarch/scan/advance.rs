@@ -1,10 +1,10 @@
 //! Advance from line to line: posts that come into sight, and lines that must be read more densely.
 
-use super::blocks::Block;
+use super::blocks::LineBlock;
 use super::ground::Crease;
 use super::lines::Lines;
-use super::march::{Field, Planes};
-use super::profile::{Mark, NO_SLOPE, Post};
+use super::march::{MarchField, Planes};
+use super::profile::{NO_SLOPE, Post, SampleLine};
 use super::strides::Stride;
 use crate::simd::{Floats, Mask, Simd, Sixteen};
 use crate::voxel::Grid;
@@ -24,7 +24,7 @@ const STEEP_ANGLE: f32 = 0.0035;
 /// Share of that from which lines are read that a stride leaves out: they hold what nothing between its ends tells.
 const DIVIDE: f32 = 0.6;
 
-impl Field {
+impl MarchField {
     /// Tangents that a stretch may rise over before the surface between its ends is looked at: anywhere, and at level sight, from
     /// where it grows as the tangent of an angle does.
     pub(super) fn steep_rises(&self) -> [f32; 2] {
@@ -42,7 +42,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
     pub(super) fn step(
         &mut self,
         lines: &Lines<'a>,
-        block: &Block,
+        block: &LineBlock,
         post: &Post<V>,
         near: bool,
     ) -> Result<()> {
@@ -50,7 +50,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         let mut post = *post;
         if block.stride.lines > 1 {
             if rim || self.is_steep(&post, DIVIDE) {
-                post.mark.span = self.divide(lines, block, &post, rim)? as u8;
+                post.line.span = self.divide(lines, block, &post, rim)? as u8;
             }
         } else {
             let steep = self.is_steep(&post, 1.0);
@@ -64,23 +64,23 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
 
     /// A line of a block's level and stride.
     #[inline(always)]
-    pub(super) fn mark(&self, block: &Block, line: i64) -> Mark {
+    pub(super) fn mark(&self, block: &LineBlock, line: i64) -> SampleLine {
         let Stride { level, lines, stands_in, .. } = block.stride;
         let distance = self.way.distance(level, line) as f32;
-        Mark { line, distance, share: 1.0, level, span: lines as u8, begins: false, stands_in }
+        SampleLine { line, distance, share: 1.0, level, span: lines as u8, begins: false, stands_in }
     }
 
     /// Returns the mark at which the march begins at a major distance.
-    pub(super) fn first_mark(&self, block: &Block, distance: f64) -> Mark {
+    pub(super) fn first_mark(&self, block: &LineBlock, distance: f64) -> SampleLine {
         let (line, share) = self.way.line_at(block.stride.level, distance);
         let (distance, share) = (distance as f32, share as f32);
-        Mark { distance, share, begins: true, ..self.mark(block, line) }
+        SampleLine { distance, share, begins: true, ..self.mark(block, line) }
     }
 
     /// The surface along a line.
     #[inline(always)]
-    pub(super) fn line(&self, lines: &Lines<'a>, block: &Block, line: i64, span: u32) -> Post<V> {
-        let mark = Mark { span: span as u8, ..self.mark(block, line) };
+    pub(super) fn line(&self, lines: &Lines<'a>, block: &LineBlock, line: i64, span: u32) -> Post<V> {
+        let mark = SampleLine { span: span as u8, ..self.mark(block, line) };
         let at = self.simd.splat(mark.distance);
         lines.prefetch(self.simd, (line - lines.first[0]) as i32);
         self.post(self.ground.height(self.ground.codes(lines, mark.level, line, at), at), mark)
@@ -89,8 +89,8 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
     /// Reads lines between the last and the next one where the surface rises steeply, all of them at the `rim` of a void: how many
     /// lines they are apart.
     #[inline(always)]
-    fn divide(&mut self, lines: &Lines<'a>, block: &Block, post: &Post<V>, rim: bool) -> Result<i64> {
-        let line = post.mark.line;
+    fn divide(&mut self, lines: &Lines<'a>, block: &LineBlock, post: &Post<V>, rim: bool) -> Result<i64> {
+        let line = post.line.line;
         let every = i64::from(block.stride.lines);
         let parts = if rim || self.is_steep(post, 2.0 * DIVIDE) { every } else { 2 };
         let step = block.step.signum() * every / parts;
@@ -112,7 +112,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         }
 
         let level = block.stride.level;
-        let posts = self.posts(level, [self.way.distance(level, nearest), post.mark.distance.into()]);
+        let posts = self.posts(level, [self.way.distance(level, nearest), post.line.distance.into()]);
         if let Some(lines) = Lines::find(&mut self.march.pages, level, self.group.major, nearest, posts)? {
             self.read_between(&lines, block, [line, step, between], rim);
         }
@@ -122,7 +122,13 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
 
     /// Reads `count` (1 to 3) lines before a line, `step` apart.
     #[inline(always)]
-    fn read_between(&mut self, lines: &Lines<'a>, block: &Block, [line, step, count]: [i64; 3], rim: bool) {
+    fn read_between(
+        &mut self,
+        lines: &Lines<'a>,
+        block: &LineBlock,
+        [line, step, count]: [i64; 3],
+        rim: bool,
+    ) {
         let span = step.unsigned_abs() as u32;
         // All first: reads that wait for nothing overlap.
         let mut slopes = [Sixteen::default(); 3];
@@ -133,7 +139,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         for part in 0..count {
             let line = line - step * (count - part);
             let post = Post {
-                mark: Mark { span: span as u8, ..self.mark(block, line) },
+                line: SampleLine { span: span as u8, ..self.mark(block, line) },
                 ..self.stored(block, line, &slopes[part as usize])
             };
             self.pass(lines, post, rim);
@@ -155,9 +161,9 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
     /// Follows the bilinear surface from the last line to the next one.
     #[inline(always)]
     fn follow(&mut self, lines: &Lines<'a>, level: u8, post: &Post<V>, steep: bool, rim: bool) {
-        let line = post.mark.line;
+        let line = post.line.line;
         let side = Grid::side_units(level) as f32;
-        let (from, to) = (self.reached, post.mark.distance);
+        let (from, to) = (self.reached, post.line.distance);
         let mut parts = (NEAR_PARTS * side / to).clamp(1.0, MOST_NEAR_PARTS);
 
         if steep {
@@ -189,17 +195,17 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
             let share = (at - far).mul_add(simd.splat(1.0 / side), simd.splat(1.0));
             let z = self.ground.surface(lines, level, line, at, share);
             let distance = from + (to - from) * 0.5 * way;
-            let mark = Mark { distance, share: 1.0 - (to - distance) / side, ..post.mark };
+            let mark = SampleLine { distance, share: 1.0 - (to - distance) / side, ..post.line };
             let inverse = self.ground.per_depth * at.recip();
-            self.pass(lines, Post { slope: self.slope(z, inverse), inverse, mark }, rim);
+            self.pass(lines, Post { slope: self.slope(z, inverse), inverse, line: mark }, rim);
         }
     }
 
     /// The surface at height `z` above the eye along a line.
     #[inline(always)]
-    pub(super) fn post(&self, z: V::F, mark: Mark) -> Post<V> {
+    pub(super) fn post(&self, z: V::F, mark: SampleLine) -> Post<V> {
         let inverse = self.ground.per_depth * self.simd.splat(1.0 / mark.distance.max(f32::MIN_POSITIVE));
-        Post { slope: self.slope(z, inverse), inverse, mark }
+        Post { slope: self.slope(z, inverse), inverse, line: mark }
     }
 
     /// Tangent of the elevation of height `z` at an inverse depth.
@@ -212,13 +218,13 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
     #[inline(always)]
     pub(super) fn reach(&mut self, post: Post<V>) {
         let mut seen = post;
-        if self.is_at_edge(post.mark.distance) {
+        if self.is_at_edge(post.line.distance) {
             self.pass_edges(&post);
-            seen.slope = self.over_area(post.slope, post.mark.distance);
+            seen.slope = self.over_area(post.slope, post.line.distance);
         }
         self.join(seen);
         self.last = post.slope;
-        self.reached = post.mark.distance;
+        self.reached = post.line.distance;
     }
 
     #[inline(always)]

@@ -5,7 +5,7 @@ use crate::voxel::Grid;
 
 /// A block of lines: `first`, and every `step`-th from there, `count` of them.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Block {
+pub struct LineBlock {
     /// Level and stride of the lines.
     pub stride: Stride,
     /// Index of the block along the major axis, in blocks of `side` units.
@@ -51,26 +51,26 @@ impl Way {
 
     /// Major distance at which a block ends, units.
     #[inline(always)]
-    pub fn end(&self, block: &Block) -> f64 {
+    pub fn end(&self, block: &LineBlock) -> f64 {
         let edge = if self.forward > 0.0 { block.index + 1 } else { block.index };
         ((edge * block.side) as f64 - self.eye) * self.forward
     }
 
     /// The same way from the beginning of a block on.
-    pub fn back_to(&self, block: &Block) -> Self {
+    pub fn back_to(&self, block: &LineBlock) -> Self {
         let near = if self.forward > 0.0 { block.index } else { block.index + 1 };
         Self { frontier: (near * block.side).min(self.size), ..*self }
     }
 
     /// The lines of a block up to a major distance; the way goes on behind them. `None`: none lies there.
-    pub fn cut(&mut self, block: &Block, until: f64) -> Option<Block> {
+    pub fn cut(&mut self, block: &LineBlock, until: f64) -> Option<LineBlock> {
         let last = (0..block.count)
             .rev()
             .find(|&index| self.distance(block.stride.level, block.first + index * block.step) <= until)?;
         let line = block.first + last * block.step;
         let side = i64::from(Grid::side_units(block.stride.level));
         self.frontier = if self.forward > 0.0 { (line + 1) * side } else { line * side };
-        Some(Block { count: last + 1, ..*block })
+        Some(LineBlock { count: last + 1, ..*block })
     }
 
     /// Major distance up to which the way has come, units.
@@ -79,7 +79,7 @@ impl Way {
     }
 
     /// Whether a block lies behind.
-    pub fn is_past(&self, block: &Block) -> bool {
+    pub fn is_past(&self, block: &LineBlock) -> bool {
         if self.forward > 0.0 {
             self.frontier >= (block.index + 1) * block.side
         } else {
@@ -98,13 +98,13 @@ impl Way {
     }
 
     /// A block of the area's last line alone.
-    pub fn last_line(&self, stride: Stride) -> Block {
+    pub fn last_line(&self, stride: Stride) -> LineBlock {
         let ahead = self.forward > 0.0;
         let level_side = i64::from(Grid::side_units(stride.level));
         let side = level_side * stride.block_lines();
         let first = if ahead { (self.size + level_side - 1) / level_side - 1 } else { 0 };
         let step = if ahead { 1 } else { -1 };
-        Block {
+        LineBlock {
             stride: Stride { lines: 1, ..stride },
             index: first * level_side / side,
             side,
@@ -116,7 +116,7 @@ impl Way {
 
     /// The next block, of lines beyond major distance `reached`; `None`: the area ends.
     #[inline(always)]
-    pub fn next(&mut self, stride: Stride, reached: f64) -> Option<Block> {
+    pub fn next(&mut self, stride: Stride, reached: f64) -> Option<LineBlock> {
         let ahead = self.forward > 0.0;
         if if ahead { self.frontier >= self.size } else { self.frontier <= 0 } {
             return None;
@@ -146,7 +146,7 @@ impl Way {
 
         let count = ((last - first) / step + 1).max(0);
         let count = if (last - first) * step < 0 { 0 } else { count };
-        Some(Block { stride, index, side, first, step, count })
+        Some(LineBlock { stride, index, side, first, step, count })
     }
 }
 

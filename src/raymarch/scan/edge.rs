@@ -7,10 +7,10 @@
 //! ```
 
 use super::advance::{MOST_NEAR_PARTS, MOST_STEEP_PARTS, NEAR_PARTS};
-use super::blocks::Block;
+use super::blocks::LineBlock;
 use super::lines::Lines;
 use super::march::Planes;
-use super::profile::{Mark, NO_SLOPE, Post};
+use super::profile::{NO_SLOPE, Post, SampleLine};
 use super::strides::Stride;
 use crate::simd::{Floats, Mask, Simd};
 use crate::voxel::{BARE, Grid};
@@ -25,7 +25,7 @@ const BEYOND: f32 = 1.0001;
 impl<'a, V: Simd> Planes<'_, 'a, V> {
     /// Goes to the area's last line, if strides left it out, and begins behind it if nothing is known yet. `None`: no plane sees anything behind it.
     #[cold]
-    pub(super) fn march_last_line(&mut self, stride: Stride) -> Result<Option<(Lines<'a>, Block)>> {
+    pub(super) fn march_last_line(&mut self, stride: Stride) -> Result<Option<(Lines<'a>, LineBlock)>> {
         let mut stride = Stride { lines: 1, ..stride };
         while stride.level < self.march.level_count || stride.level == BARE {
             let block = self.way.last_line(stride);
@@ -40,7 +40,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
             let pages = &mut self.march.pages;
             if let Some(lines) = Lines::find(pages, stride.level, self.group.major, block.first, posts)? {
                 if !self.is_begun {
-                    self.prime(&Block { first: block.first + block.step, ..block })?;
+                    self.prime(&LineBlock { first: block.first + block.step, ..block })?;
                 }
                 return Ok(Some((lines, block)));
             }
@@ -52,7 +52,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
 
     /// Takes in the surface behind the last line.
     #[inline(always)]
-    pub(super) fn pass_last_line(&mut self, lines: &Lines<'a>, block: &Block) {
+    pub(super) fn pass_last_line(&mut self, lines: &Lines<'a>, block: &LineBlock) {
         let level = block.stride.level;
         let (from, to) = (self.reached, self.farthest * BEYOND);
         let mut parts = 1.0_f32;
@@ -72,11 +72,11 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
 
     /// The surface at a major distance behind a line: as high as the line, and of its colour.
     #[inline(always)]
-    fn behind(&self, lines: &Lines<'a>, block: &Block, distance: f32) -> Post<V> {
+    fn behind(&self, lines: &Lines<'a>, block: &LineBlock, distance: f32) -> Post<V> {
         let at = self.simd.splat(distance);
         let codes = self.ground.codes(lines, block.stride.level, block.first, at);
         let span = self.profile.last_mark().span;
-        let mark = Mark { distance, span, ..self.mark(block, block.first) };
+        let mark = SampleLine { distance, span, ..self.mark(block, block.first) };
         self.post(self.ground.height(codes, at), mark)
     }
 
@@ -106,10 +106,11 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
     #[cold]
     pub(super) fn pass_edges(&mut self, post: &Post<V>) {
         let [_, inverse] = self.profile.last(self.simd);
-        let from = Post { slope: self.last, inverse, mark: Mark { distance: self.reached, ..post.mark } };
-        let (before, after) = (self.is_over_area(self.reached), self.is_over_area(post.mark.distance));
+        let from =
+            Post { slope: self.last, inverse, line: SampleLine { distance: self.reached, ..post.line } };
+        let (before, after) = (self.is_over_area(self.reached), self.is_over_area(post.line.distance));
         let [enter, leave] = self.over;
-        let (here, there) = (self.simd.splat(self.reached), self.simd.splat(post.mark.distance));
+        let (here, there) = (self.simd.splat(self.reached), self.simd.splat(post.line.distance));
         // Over a corner planes do both.
         let corner = !before & !after & here.lt(enter) & enter.lt(leave) & leave.lt(there);
         for (planes, edge) in [(after & !before | corner, enter), (before & !after | corner, leave)] {
@@ -124,11 +125,11 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
     fn edge(&self, planes: V::M, distance: V::F, from: &Post<V>, to: &Post<V>) -> Post<V> {
         let simd = self.simd;
         let inverse = (self.ground.depth * distance.max(simd.splat(f32::MIN_POSITIVE))).recip();
-        let share = (distance - simd.splat(from.mark.distance))
-            * simd.splat(1.0 / (to.mark.distance - from.mark.distance));
+        let share = (distance - simd.splat(from.line.distance))
+            * simd.splat(1.0 / (to.line.distance - from.line.distance));
         let (near, far) = (from.slope / from.inverse, to.slope / to.inverse);
         let slope = ((far - near).mul_add(share, near) * inverse).max(simd.splat(NO_SLOPE));
         let [stays, stays_at] = self.profile.last(simd);
-        Post { slope: slope.select(planes, stays), inverse: inverse.select(planes, stays_at), mark: to.mark }
+        Post { slope: slope.select(planes, stays), inverse: inverse.select(planes, stays_at), line: to.line }
     }
 }

@@ -12,7 +12,7 @@ const LEAST_CODE: f32 = 0.0;
 
 /// Geometry of the planes, and coding of heights.
 #[derive(Clone, Copy)]
-pub struct Ground<V: Simd> {
+pub struct PlaneGround<V: Simd> {
     pub simd: V,
     /// The eye across the planes, units.
     pub across: f64,
@@ -40,7 +40,7 @@ pub struct Crease<V: Simd> {
     pub share: V::F,
 }
 
-impl<V: Simd> Ground<V> {
+impl<V: Simd> PlaneGround<V> {
     /// Creases on the way between two major distances.
     #[inline(always)]
     pub fn crease(&self, lines: &Lines<'_>, level: u8, way: [V::F; 2]) -> Crease<V> {

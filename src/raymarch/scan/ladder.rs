@@ -15,7 +15,7 @@ const ROUNDING: f32 = 1.0e-6;
 
 /// Rows from the lowest to the highest.
 #[derive(Debug, Clone)]
-pub struct Ladder {
+pub struct RowTable {
     /// Tangents of elevation of the rows' lower edges, rising, and of the last one's upper edge.
     pub edges: Vec<f32>,
     /// Tangents of the rows' middles.
@@ -32,7 +32,7 @@ pub struct Ladder {
     per_unit: f32,
 }
 
-impl Ladder {
+impl RowTable {
     /// Rows between edges, of which there is one more than `centres`.
     pub fn new(edges: Vec<f32>, centres: Vec<f32>) -> Self {
         let per_row: Vec<f32> = edges.windows(2).map(|edge| 1.0 / (edge[1] - edge[0])).collect();

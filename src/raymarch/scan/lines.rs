@@ -17,7 +17,7 @@ pub const NO_CODE: f32 = -1.0e34;
 
 /// Posts of a level that planes look at.
 #[derive(Debug, Clone, Copy)]
-pub struct Posts {
+pub struct LinePosts {
     /// The first and the last one; they may lie outside the area.
     pub ends: [i64; 2],
     /// The farthest that the next group of planes looks at, beside them.
@@ -25,16 +25,16 @@ pub struct Posts {
 }
 
 /// Height codes of a page's lines with apron, and how many one line has.
-type Part<'a> = (Codes<'a>, i32);
+type LinePart<'a> = (Codes<'a>, i32);
 
 /// Pages of one level side by side along the minor axis: the lines of one block.
 pub struct Lines<'a> {
-    parts: [Part<'a>; MOST_PAGES],
+    parts: [LinePart<'a>; MOST_PAGES],
     count: usize,
     /// First of [`NEAR`] posts that hold all that are asked for; `None` if they do not.
     near: Option<i32>,
     /// The page that the next group of planes looks at, and up to which post.
-    next: Option<(Part<'a>, i32)>,
+    next: Option<(LinePart<'a>, i32)>,
     /// Index of the first line of those that are here, and of the first page's first post.
     pub first: [i64; 2],
     /// Number of lines here, without aprons.
@@ -50,7 +50,7 @@ impl<'a> Lines<'a> {
         level: u8,
         major: usize,
         line: i64,
-        posts: Posts,
+        posts: LinePosts,
     ) -> Result<Option<Self>> {
         let side = i64::from(PAGE_SIDE);
         let grid = pages.source().header().grid;

@@ -2,10 +2,10 @@
 
 use glam::DVec3;
 
-use super::blocks::{Block, Way};
+use super::blocks::{LineBlock, Way};
 use super::bounds::highest_along;
-use super::ground::{Ground, NOTHING};
-use super::lines::{Lines, Posts};
+use super::ground::{NOTHING, PlaneGround};
+use super::lines::{LinePosts, Lines};
 use super::profile::{NO_SLOPE, Post};
 use super::strides::Stride;
 use super::{Pages, PlaneGroup, Profile, Strides, TurnedPages};
@@ -34,7 +34,7 @@ const MOST_LINES: usize = 16;
 
 /// Field that a march is to see.
 #[derive(Debug, Clone, Copy)]
-pub struct Field {
+pub struct MarchField {
     /// Tangents of elevation of the lower edge of the lowest row and of the upper edge of the highest.
     pub tangents: [f32; 2],
     /// Least height of a row, as tangent, and as angle, radians.
@@ -43,7 +43,7 @@ pub struct Field {
     pub detail: f32,
 }
 
-impl Field {
+impl MarchField {
     /// Major distance up to which all rays of `group` are higher than `ceiling`, metres above the eye; 0 where they are not.
     pub(super) fn begin(&self, group: &PlaneGroup, ceiling: f64) -> f32 {
         let falls = group.depth.iter().fold(0.0_f32, |a, &b| a.max(b)) * -self.tangents[0];
@@ -87,7 +87,7 @@ impl<'a> PlaneMarch<'a> {
         isa: Isa,
         eye: DVec3,
         group: &PlaneGroup,
-        field: Field,
+        field: MarchField,
         profile: &mut Profile,
     ) -> Result<f64> {
         profile.clear();
@@ -99,7 +99,7 @@ struct Seeing<'f, 'a> {
     march: &'f mut PlaneMarch<'a>,
     eye: DVec3,
     group: &'f PlaneGroup,
-    field: Field,
+    field: MarchField,
     profile: &'f mut Profile,
 }
 
@@ -118,7 +118,7 @@ impl Kernel for Seeing<'_, '_> {
         }
 
         let size = [march.grid.nx, march.grid.ny][group.major];
-        let ground = Ground {
+        let ground = PlaneGround {
             simd,
             across: eye[1 - group.major],
             forward: group.forward as i64,
@@ -163,13 +163,13 @@ pub(super) struct Planes<'f, 'a, V: Simd> {
     pub(super) march: &'f mut PlaneMarch<'a>,
     pub(super) eye: DVec3,
     pub(super) group: &'f PlaneGroup,
-    pub(super) ground: Ground<V>,
+    pub(super) ground: PlaneGround<V>,
     pub(super) way: Way,
     /// Major distances at which planes enter and leave the area, units; between those of `inner` all are over it.
     pub(super) over: [V::F; 2],
     pub(super) inner: [f32; 2],
     pub(super) farthest: f32,
-    pub(super) field: Field,
+    pub(super) field: MarchField,
     /// Tangent over which a stretch may rise before the surface between its ends is looked at: at least, and at level sight.
     pub(super) steep: [f32; 2],
     /// Least height of the eye above the ground, units; 0 if it is among the hills.
@@ -248,7 +248,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
     }
 
     #[inline(always)]
-    pub(super) fn march_block(&mut self, block: &Block) -> Result<()> {
+    pub(super) fn march_block(&mut self, block: &LineBlock) -> Result<()> {
         if block.count == 0 {
             return Ok(());
         }
@@ -312,7 +312,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
 
     /// Slopes of the surface along the lines of a block, also beside the area, and the greatest of each plane.
     #[inline(always)]
-    fn slopes(&self, lines: &Lines<'a>, block: &Block, slopes: &mut [Sixteen; MOST_LINES]) -> V::F {
+    fn slopes(&self, lines: &Lines<'a>, block: &LineBlock, slopes: &mut [Sixteen; MOST_LINES]) -> V::F {
         let simd = self.simd;
         let level = block.stride.level;
         let side = f64::from(Grid::side_units(level));
@@ -339,7 +339,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
 
     /// Passes a block in which nothing rises above the crests.
     #[inline(always)]
-    fn skip(&mut self, block: &Block, last: f32, slopes: &[Sixteen; MOST_LINES]) {
+    fn skip(&mut self, block: &LineBlock, last: f32, slopes: &[Sixteen; MOST_LINES]) {
         let line = block.first + (block.count - 1) * block.step;
         let post = self.stored(block, line, &slopes[block.count as usize - 1]);
         // No edge of the area is in the block.
@@ -350,15 +350,15 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
 
     /// A post of which the slope is known.
     #[inline(always)]
-    pub(super) fn stored(&self, block: &Block, line: i64, slope: &Sixteen) -> Post<V> {
+    pub(super) fn stored(&self, block: &LineBlock, line: i64, slope: &Sixteen) -> Post<V> {
         let mark = self.mark(block, line);
         let inverse = self.ground.per_depth * self.simd.splat(1.0 / mark.distance);
-        Post { slope: self.simd.load(&slope.0), inverse, mark }
+        Post { slope: self.simd.load(&slope.0), inverse, line: mark }
     }
 
     /// Marches a block of which a page is absent along lines of the next coarser level.
     #[cold]
-    fn march_coarser(&mut self, block: &Block) -> Result<()> {
+    fn march_coarser(&mut self, block: &LineBlock) -> Result<()> {
         let level = block.stride.coarser();
         if level >= self.march.level_count {
             return Ok(());
@@ -376,14 +376,14 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
 
     /// Posts of a level between which the planes are at two major distances.
     #[inline(always)]
-    pub(super) fn posts(&self, level: u8, distances: [f64; 2]) -> Posts {
+    pub(super) fn posts(&self, level: u8, distances: [f64; 2]) -> LinePosts {
         let side = f64::from(Grid::side_units(level));
         let units = self.units(distances);
         let [first, last] =
             [(units[0] / side - 0.5).floor() as i64, (units[1] / side - 0.5).floor() as i64 + 1];
         let ahead = self.group.minor[0] < self.group.minor[LANES - 1];
         let next = if ahead { 2 * last - first } else { 2 * first - last };
-        Posts { ends: [first, last], next }
+        LinePosts { ends: [first, last], next }
     }
 
     /// Position across, least and greatest, of the planes between two major distances, units.
@@ -400,7 +400,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
 
     /// Whether all rays clear the highest surface from here to the end of a block.
     #[inline(always)]
-    pub(super) fn is_hidden(&mut self, block: &Block) -> Result<bool> {
+    pub(super) fn is_hidden(&mut self, block: &LineBlock) -> Result<bool> {
         let level = block.stride.skip_level().min(self.march.level_count - 1);
         // Where there are no voxels as long as the block, a few shorter ones.
         let voxels = block.side / i64::from(Grid::side_units(level));
@@ -435,7 +435,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
     /// Finds where the surface is one line before a block's first: nothing is known after blocks that
     /// were skipped, or at the start.
     #[inline(always)]
-    pub(super) fn prime(&mut self, block: &Block) -> Result<()> {
+    pub(super) fn prime(&mut self, block: &LineBlock) -> Result<()> {
         let level = block.stride.level;
         let before = self.way.distance(level, block.first - block.step);
         let start = f64::from(self.reached).max(before).max(0.0);
@@ -488,9 +488,9 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
     fn begin(&mut self, post: Post<V>) -> Result<()> {
         self.profile.begin(&Post { slope: self.simd.splat(NO_SLOPE), ..post });
         self.is_begun = true;
-        self.join(Post { slope: self.over_area(post.slope, post.mark.distance), ..post });
+        self.join(Post { slope: self.over_area(post.slope, post.line.distance), ..post });
         self.last = post.slope;
-        self.reached = post.mark.distance;
+        self.reached = post.line.distance;
         Ok(())
     }
 

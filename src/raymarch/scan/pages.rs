@@ -2,7 +2,7 @@
 
 use std::rc::Rc;
 
-use super::turned::{Columns, STRIP, Strip, TurnedPages};
+use super::turned::{ColumnStrip, Columns, STRIP, TurnedPages};
 use crate::voxel::{APRON, BoundsView, HeightsView, PAGE_SIDE, PageId, PageSource};
 use hedgehop_base::error::Result;
 
@@ -30,15 +30,15 @@ impl Codes<'_> {
 }
 
 /// A page, or a strip of one, turned; `None`: it is absent.
-type Slot<K, T> = Option<(K, Option<T>)>;
+type PageSlot<K, T> = Option<(K, Option<T>)>;
 
 /// Looks pages up, and remembers some.
 pub struct Pages<'a> {
     source: &'a dyn PageSource,
     turned: &'a TurnedPages,
-    heights: Vec<Slot<PageId, HeightsView<'a>>>,
-    bounds: Vec<Slot<PageId, BoundsView<'a>>>,
-    columns: Vec<Slot<Strip, Rc<Columns>>>,
+    heights: Vec<PageSlot<PageId, HeightsView<'a>>>,
+    bounds: Vec<PageSlot<PageId, BoundsView<'a>>>,
+    columns: Vec<PageSlot<ColumnStrip, Rc<Columns>>>,
 }
 
 impl<'a> Pages<'a> {
@@ -109,7 +109,7 @@ fn slot_of(id: PageId, strip: u32) -> usize {
 /// Returns the value in a slot under a key, or else the result of `find`.
 #[inline]
 fn remember<K: PartialEq, T: Clone>(
-    slot: &mut Slot<K, T>,
+    slot: &mut PageSlot<K, T>,
     key: K,
     find: impl FnOnce() -> Result<Option<T>>,
 ) -> Result<Option<T>> {

@@ -8,18 +8,18 @@ pub const NO_SLOPE: f32 = -1.0e18;
 
 /// A line that the planes saw, and the stretch of surface that ends in it.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Sight {
+pub struct VisibleSegment {
     /// Tangent of each plane's elevation to the surface, times depth per ground distance as rows have it.
     pub slope: Sixteen,
     /// Inverse depth, 1/metres.
     pub inverse: Sixteen,
     /// Line of the post.
-    pub mark: Mark,
+    pub line: SampleLine,
 }
 
 /// A line: where a sight's surface and its colour come from.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Mark {
+pub struct SampleLine {
     /// Index of the line at its level.
     pub line: i64,
     /// Major distance, units.
@@ -43,7 +43,7 @@ pub struct Mark {
 #[derive(Debug, Clone, Default)]
 pub struct Profile {
     /// The sights, then the march's last post if it is none of them, then what is left of longer profiles.
-    sights: Vec<Sight>,
+    sights: Vec<VisibleSegment>,
     count: usize,
     /// Whether the march's last post is the last sight.
     is_joined: bool,
@@ -57,12 +57,12 @@ pub struct Post<V: Simd> {
     /// Inverse depth, 1/metres.
     pub inverse: V::F,
     /// Line of the posts.
-    pub mark: Mark,
+    pub line: SampleLine,
 }
 
 impl Profile {
     /// Sights, nearest first.
-    pub fn sights(&self) -> &[Sight] {
+    pub fn sights(&self) -> &[VisibleSegment] {
         &self.sights[..self.count]
     }
 
@@ -70,7 +70,7 @@ impl Profile {
     pub fn rows_stood_in(&self, centres: &[f32]) -> u64 {
         let sights = self.sights();
         // Where all is stored this is all there is to do.
-        if !sights.iter().any(|sight| sight.mark.stands_in) {
+        if !sights.iter().any(|sight| sight.line.stands_in) {
             return 0;
         }
 
@@ -82,10 +82,10 @@ impl Profile {
         // Rows below the crest at the beginning of a run of stretches that stand in.
         let mut run: Option<u64> = None;
         let mut rows = 0;
-        for sight in sights.iter().filter(|sight| !sight.mark.begins) {
+        for sight in sights.iter().filter(|sight| !sight.line.begins) {
             match run {
-                None if sight.mark.stands_in => run = Some(below(&crest)),
-                Some(first) if !sight.mark.stands_in => {
+                None if sight.line.stands_in => run = Some(below(&crest)),
+                Some(first) if !sight.line.stands_in => {
                     rows += below(&crest) - first;
                     run = None;
                 }
@@ -155,8 +155,8 @@ impl Profile {
     }
 
     /// Returns the mark of the march's last post.
-    pub fn last_mark(&self) -> Mark {
-        self.sights[self.count - usize::from(self.is_joined)].mark
+    pub fn last_mark(&self) -> SampleLine {
+        self.sights[self.count - usize::from(self.is_joined)].line
     }
 
     #[inline(always)]
@@ -167,12 +167,12 @@ impl Profile {
         let sight = &mut self.sights[index];
         post.slope.store(&mut sight.slope.0);
         post.inverse.store(&mut sight.inverse.0);
-        sight.mark = Mark { begins, ..post.mark };
+        sight.line = SampleLine { begins, ..post.line };
     }
 
     #[cold]
     fn grow(&mut self) {
-        self.sights.resize(2 * self.sights.len() + 64, Sight::default());
+        self.sights.resize(2 * self.sights.len() + 64, VisibleSegment::default());
     }
 }
 
@@ -180,7 +180,7 @@ impl Profile {
 const MOST_PARTS: f32 = 24.0;
 
 /// A sight that lies a share of the stretch between two: inverse depth is linear in the tangent there.
-fn between(ends: &[Sight], share: f32) -> Sight {
+fn between(ends: &[VisibleSegment], share: f32) -> VisibleSegment {
     let [from, to] = [&ends[0], &ends[1]];
     let mut sight = *to;
     for lane in 0..LANES {
@@ -191,16 +191,16 @@ fn between(ends: &[Sight], share: f32) -> Sight {
         let start = from.inverse.0[lane];
         sight.inverse.0[lane] = (to.inverse.0[lane] - start).mul_add(share, start);
     }
-    let own = share * to.mark.share;
-    let side = Grid::side_units(to.mark.level) as f32;
-    sight.mark.distance -= (to.mark.share - own) * side;
-    sight.mark.share = own;
+    let own = share * to.line.share;
+    let side = Grid::side_units(to.line.level) as f32;
+    sight.line.distance -= (to.line.share - own) * side;
+    sight.line.share = own;
     sight
 }
 
 /// Finds stretches that pass through some heights.
 struct Passing<'s> {
-    sights: &'s [Sight],
+    sights: &'s [VisibleSegment],
     /// Metres above the eye.
     heights: [f32; 2],
     step: f32,
@@ -220,7 +220,7 @@ impl Kernel for Passing<'_> {
             // Its height over that of the eye is slope over inverse depth.
             let (above, below) = ((low * inverse).lt(slope), slope.lt(high * inverse));
             if let Some((was_above, was_below)) = last
-                && !sight.mark.begins
+                && !sight.line.begins
                 && ((above | was_above) & (below | was_below)).any()
             {
                 let rise = rise(&self.sights[index - 1..=index], self.heights);
@@ -238,7 +238,7 @@ impl Kernel for Passing<'_> {
 }
 
 /// Returns the rise of the steepest segment of a plane that passes through some heights, metres.
-fn rise(ends: &[Sight], [low, high]: [f32; 2]) -> f32 {
+fn rise(ends: &[VisibleSegment], [low, high]: [f32; 2]) -> f32 {
     let lanes = (0..LANES).map(|lane| {
         let [from, to] = [&ends[0], &ends[1]].map(|sight| sight.slope.0[lane] / sight.inverse.0[lane]);
         let passes = ends[0].slope.0[lane] > 0.5 * NO_SLOPE && from.max(to) > low && from.min(to) < high;

@@ -14,7 +14,7 @@
 use super::ground::Crease;
 use super::lines::Lines;
 use super::march::Planes;
-use super::profile::{Mark, NO_SLOPE, Post};
+use super::profile::{NO_SLOPE, Post, SampleLine};
 use crate::simd::{Floats, LANES, Mask, Simd, Sixteen};
 use crate::voxel::Grid;
 
@@ -38,7 +38,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
             // What a cold function is given lies in memory: a copy, so that all other posts need not.
             let mut slope = Sixteen::default();
             post.slope.store(&mut slope.0);
-            self.cross(lines, &slope, post.mark);
+            self.cross(lines, &slope, post.line);
             return;
         }
         self.reach(post);
@@ -47,10 +47,10 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
     /// Takes in the surface up to where planes cross a column of posts, what begins there, and the line if a cell before or behind it
     /// has a surface.
     #[cold]
-    fn cross(&mut self, lines: &Lines<'a>, slope: &Sixteen, mark: Mark) {
+    fn cross(&mut self, lines: &Lines<'a>, slope: &Sixteen, mark: SampleLine) {
         let slope = self.simd.load(&slope.0);
         let inverse = self.ground.per_depth * self.simd.splat(1.0 / mark.distance);
-        let mut post = Post { slope, inverse, mark };
+        let mut post = Post { slope, inverse, line: mark };
         let side = Grid::side_units(mark.level) as f32;
         let nothing = self.simd.splat(LEAST_SLOPE);
         let differs = self.last.lt(nothing).bits() != slope.lt(nothing).bits();
@@ -64,7 +64,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
     #[inline(always)]
     fn cross_cells(&mut self, lines: &Lines<'a>, post: &Post<V>) -> V::F {
         let simd = self.simd;
-        let Mark { line, level, distance, share: until, .. } = post.mark;
+        let SampleLine { line, level, distance, share: until, .. } = post.line;
         let ahead = self.ground.forward;
         let side = Grid::side_units(level) as f32;
         let (from, to) = (simd.splat(self.reached), simd.splat(distance));
@@ -74,7 +74,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         let at = (to - from).mul_add(share, from);
         let along = (at - to).mul_add(simd.splat(1.0 / side), simd.splat(until));
         let inverse = (self.ground.depth * at).recip();
-        let mark = self.crossing(post.mark, crosses, share);
+        let mark = self.crossing(post.line, crosses, share);
         let mut slopes = cells;
         for (slope, cell) in slopes.iter_mut().zip(cells) {
             let codes = self.ground.cell(lines, line, [cell, column - cell], along);
@@ -82,8 +82,8 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         }
 
         let [ends, begins] = slopes;
-        self.join(Post { slope: ends, inverse, mark });
-        self.join(Post { slope: begins, inverse, mark });
+        self.join(Post { slope: ends, inverse, line: mark });
+        self.join(Post { slope: begins, inverse, line: mark });
         let nothing = simd.splat(LEAST_SLOPE);
         let next = self.ground.cell(lines, line + ahead, [cells[1], b - cells[1]], simd.splat(0.0));
         let is_rim = self.ground.is_nothing(next) & begins.lt(nothing);
@@ -93,7 +93,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
 
     /// Returns the place at which planes cross on their way to a line, on average: colour is taken from there.
     #[inline(always)]
-    fn crossing(&self, mark: Mark, crosses: V::M, share: V::F) -> Mark {
+    fn crossing(&self, mark: SampleLine, crosses: V::M, share: V::F) -> SampleLine {
         let mut shares = Sixteen::default();
         share.store(&mut shares.0);
         let bits = crosses.bits();
@@ -107,6 +107,6 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         if count == 0.0 {
             return mark;
         }
-        Mark { distance: mark.distance - back, share: mark.share - back / side, ..mark }
+        SampleLine { distance: mark.distance - back, share: mark.share - back / side, ..mark }
     }
 }

@@ -13,7 +13,7 @@ pub const MOST_WORDS: usize = 1 << 28;
 
 /// Arrangement of planes and rows before a screen.
 #[derive(Debug, Clone)]
-pub enum Shape {
+pub enum PlaneArray {
     /// Along a planar screen, turned upright.
     Upright(Upright),
     /// At equal steps of azimuth and elevation.
@@ -22,7 +22,7 @@ pub enum Shape {
 
 /// A group of planes in a fan's memory.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Kept {
+pub struct KeptPlanes {
     /// Rows that it has there.
     pub rows: usize,
     /// Planes of the group that are filled; others are of no interest.
@@ -31,7 +31,7 @@ pub struct Kept {
     pub first: usize,
 }
 
-impl Shape {
+impl PlaneArray {
     /// Groups of sixteen planes.
     pub fn groups(&self) -> usize {
         match self {
@@ -67,16 +67,16 @@ impl Shape {
     }
 
     /// Returns the part that is kept of a group.
-    pub fn kept(&self, index: usize) -> Kept {
+    pub fn kept(&self, index: usize) -> KeptPlanes {
         match self {
             Self::Upright(upright) => {
                 let filled = upright.rows(index);
-                Kept { rows: upright.size[1], first: filled.start, filled }
+                KeptPlanes { rows: upright.size[1], first: filled.start, filled }
             }
             Self::Panorama(panorama) => {
                 let rows = panorama.rows(index);
                 let first = rows.start - panorama.extent().start;
-                Kept { rows: rows.len(), filled: 0..rows.len(), first }
+                KeptPlanes { rows: rows.len(), filled: 0..rows.len(), first }
             }
         }
     }

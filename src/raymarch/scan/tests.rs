@@ -51,7 +51,7 @@ fn hills(seed: u32, spacing: f64, holes: bool) -> MemPages {
 
 /// Inverse depth of a plane's ray: on the first stretch that rises to it; 0: sky.
 fn inverse_depth(profile: &Profile, lane: usize, tangent: f32) -> f32 {
-    for pair in profile.sights().windows(2).filter(|pair| !pair[1].mark.begins) {
+    for pair in profile.sights().windows(2).filter(|pair| !pair[1].line.begins) {
         let [low, high] = [pair[0].slope.0[lane], pair[1].slope.0[lane]];
         if tangent < high {
             let share = ((tangent - low) / (high - low)).clamp(0.0, 1.0);
@@ -92,7 +92,7 @@ impl View {
         let outlook = Outlook { pixel_angle: self.pixel, clearance: f64::NEG_INFINITY, height: 0.0 };
         let strides = Strides::new(&grid, source.header().level_count, outlook, 1.0);
         let tangents = [0, ROWS - 1].map(|row| self.tangent(row));
-        let field = Field { tangents, row: [self.pixel as f32; 2], detail };
+        let field = MarchField { tangents, row: [self.pixel as f32; 2], detail };
         let (turned, mut profile) = (TurnedPages::default(), Profile::default());
         PlaneMarch::new(source, &turned, strides)
             .see(isa, ground.extend(self.eye.z), &group, field, &mut profile)
@@ -234,7 +234,7 @@ fn lines_are_sharp_where_ground_is_steep() {
     let view = View { eye, yaw: 0.0, elevations: [-2.0, 20.0], pixel: 0.0006 };
     let spans = |detail: f32, distances: std::ops::Range<f32>| -> Vec<u8> {
         let profile = view.profile(&source, Isa::best(), detail);
-        let marks = profile.sights().iter().map(|sight| sight.mark);
+        let marks = profile.sights().iter().map(|sight| sight.line);
         marks.filter(|mark| distances.contains(&mark.distance)).map(|mark| mark.span).collect()
     };
     let on_the_plain = spans(1.0, 466.0..478.0);

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::simd::turned;
-use crate::voxel::{APRON, Bytes, Derived, PageId, PageSource};
+use crate::voxel::{APRON, Bytes, KeyedCache, PageId, PageSource};
 use hedgehop_base::error::Result;
 
 /// Bytes of turned pages that are kept.
@@ -14,7 +14,7 @@ const BUDGET: usize = 512 << 20;
 pub const STRIP: u32 = 64;
 
 /// Strip of a page, counted from its first column.
-pub type Strip = (PageId, u32);
+pub type ColumnStrip = (PageId, u32);
 
 /// Height codes of a strip of columns of a page, and of the apron around it, column by column.
 #[derive(Debug, Clone)]
@@ -38,7 +38,7 @@ impl Bytes for Columns {
 ///
 /// Sixteen planes along x meet a line in as many rows of a page: sixteen cache lines a step instead of one or two.
 #[derive(Debug)]
-pub struct TurnedPages(Derived<Strip, Columns>);
+pub struct TurnedPages(KeyedCache<ColumnStrip, Columns>);
 
 impl Default for TurnedPages {
     fn default() -> Self {
@@ -49,7 +49,7 @@ impl Default for TurnedPages {
 impl TurnedPages {
     /// Nothing yet, and at most `budget` bytes besides what the latest frames used.
     pub fn new(budget: usize) -> Self {
-        Self(Derived::new(budget))
+        Self(KeyedCache::new(budget))
     }
 
     /// A new frame begins: see [`Derived::begin_frame`].
@@ -62,7 +62,7 @@ impl TurnedPages {
     ///
     /// # Errors
     /// A page that is damaged.
-    pub fn get(&self, source: &dyn PageSource, strip: Strip) -> Result<Option<Columns>> {
+    pub fn get(&self, source: &dyn PageSource, strip: ColumnStrip) -> Result<Option<Columns>> {
         let (id, index) = strip;
         let turn = || {
             let view = source.heights(id)?;

@@ -58,7 +58,7 @@ pub struct Upright {
 }
 
 /// Directions of sixteen pixels, and their places in the plane image.
-pub struct Look<V: Simd> {
+pub struct UprightGaze<V: Simd> {
     /// `a`: to the right per metre of depth.
     pub across: V::F,
     /// `t`: up per metre of depth.
@@ -245,7 +245,7 @@ impl Upright {
 
     /// Pixels of row `row`, at columns `column`; both in pixels, centres at half-integers.
     #[inline(always)]
-    pub fn look<V: Simd>(&self, simd: V, column: V::F, row: f32) -> Look<V> {
+    pub fn look<V: Simd>(&self, simd: V, column: V::F, row: f32) -> UprightGaze<V> {
         let x = column - simd.splat(self.centre.x as f32);
         let down = simd.splat((self.centre.y - f64::from(row)) as f32);
         let (sin, cos) = (simd.splat(self.roll[0] as f32), simd.splat(self.roll[1] as f32));
@@ -257,7 +257,7 @@ impl Upright {
         let across = across * simd.splat(per_focal as f32) * horizontal;
         let tangent = up.mul_add(simd.splat((cos * per_focal) as f32), simd.splat(sin as f32)) * horizontal;
         let plane = (across - simd.splat(self.plane[0] as f32)) * simd.splat((1.0 / self.plane[1]) as f32);
-        Look { across, tangent, plane, row: up - simd.splat(self.row as f32) }
+        UprightGaze { across, tangent, plane, row: up - simd.splat(self.row as f32) }
     }
 }
 

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use glam::{DVec2, DVec3};
 
-use super::{Anchor, Flash, Lamp, Layout, Light, MOST_LAMPS};
+use super::{Anchor, Flash, Lamp, LampLayout, Light, MOST_LAMPS};
 use crate::flight::{AltitudeMode, BindOptions, Track, Trajectory};
 use crate::objects::PointLight;
 use crate::space::{Attitude, Pose};
@@ -13,10 +13,10 @@ use hedgehop_geo::Crs;
 
 /// Lamps of a scene over a database.
 #[derive(Debug, Clone, Default)]
-pub(in crate::scene) struct LampCast(Vec<Placed>);
+pub(in crate::scene) struct LampCast(Vec<PlacedLight>);
 
 #[derive(Debug, Clone)]
-struct Placed {
+struct PlacedLight {
     lamp: Lamp,
     /// Number of the actor that it goes with; its position is in that one's axes then.
     actor: Option<usize>,
@@ -47,8 +47,8 @@ impl LampCast {
                 Anchor::On(object) => {
                     let missing = || land.wrong(light, &format!("there is no object `{object}`"));
                     let actor = Some(actor(object).ok_or_else(missing)?);
-                    let Layout::Lamps(lamps) = &light.layout else { continue };
-                    placed.extend(lamps.iter().map(|lamp| Placed {
+                    let LampLayout::Lamps(lamps) = &light.layout else { continue };
+                    placed.extend(lamps.iter().map(|lamp| PlacedLight {
                         lamp: lamp.clone(),
                         actor,
                         position: lamp.offset,
@@ -68,7 +68,7 @@ impl LampCast {
 
     /// All that shine so many seconds after the flight's first fix; `pose` tells where an actor is then; on one that is not there, none shine.
     pub fn at(&self, seconds: f64, pose: impl Fn(usize) -> Option<Pose>) -> Vec<PointLight> {
-        let shines = |placed: &Placed| {
+        let shines = |placed: &PlacedLight| {
             let level = placed.lamp.rhythm.level(seconds);
             if level == 0.0 {
                 return None;
@@ -110,10 +110,10 @@ impl Land<'_> {
     }
 
     /// Places the lamps of a light that stands.
-    fn stand(&self, light: &Light, track: &Track, placed: &mut Vec<Placed>) -> Result<()> {
+    fn stand(&self, light: &Light, track: &Track, placed: &mut Vec<PlacedLight>) -> Result<()> {
         let anchor = self.pose(light, track)?;
         let altitude = track.fixes[0].altitude;
-        let place = |at: DVec3, above: f64, lamp: &Lamp| -> Result<Placed> {
+        let place = |at: DVec3, above: f64, lamp: &Lamp| -> Result<PlacedLight> {
             // Above ground, each stands on its own.
             let height = match altitude.mode {
                 AltitudeMode::Agl => {
@@ -130,11 +130,11 @@ impl Land<'_> {
             };
 
             let position = at.with_z(height + lamp.offset.z);
-            Ok(Placed { lamp: lamp.clone(), actor: None, position, attitude: anchor.attitude })
+            Ok(PlacedLight { lamp: lamp.clone(), actor: None, position, attitude: anchor.attitude })
         };
 
         match &light.layout {
-            Layout::Lamps(lamps) => {
+            LampLayout::Lamps(lamps) => {
                 let (sin, cos) = anchor.attitude.yaw.to_radians().sin_cos();
                 for lamp in lamps {
                     let DVec3 { x: right, y: forward, .. } = lamp.offset;
@@ -142,7 +142,7 @@ impl Land<'_> {
                     placed.push(place(anchor.eye + offset, altitude.metres, lamp)?);
                 }
             }
-            Layout::String(lamp, to, spacing, running) => {
+            LampLayout::String(lamp, to, spacing, running) => {
                 let end = self.pose(light, to)?;
                 let length = (end.eye - anchor.eye).truncate().length();
                 let count = (length / spacing).round().max(1.0);

@@ -29,15 +29,15 @@ pub struct Light {
     /// Anchor of its lamps.
     pub anchor: Anchor,
     /// Arrangement of its lamps about that.
-    pub layout: Layout,
+    pub layout: LampLayout,
 }
 
 impl Light {
     /// Returns the number of its lamps, as far as they are known before it has a place: those of a string depend on how long it is.
     pub(in crate::scene) fn lamp_count(&self) -> usize {
         match &self.layout {
-            Layout::Lamps(lamps) => lamps.len(),
-            Layout::String(..) => 1,
+            LampLayout::Lamps(lamps) => lamps.len(),
+            LampLayout::String(..) => 1,
         }
     }
 }
@@ -53,7 +53,7 @@ pub enum Anchor {
 
 /// Arrangement of lamps about their anchor.
 #[derive(Debug, Clone)]
-pub enum Layout {
+pub enum LampLayout {
     /// One by one.
     Lamps(Vec<Lamp>),
     /// The same one again and again, from the anchor to another place, so many metres apart; a flash, if it has one, runs along in so many seconds.

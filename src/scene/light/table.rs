@@ -7,7 +7,7 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::lamp::{Colour, around, beam};
-use super::{Anchor, Flash, Lamp, Layout, Light, MOST_LAMPS, Rhythm, kinds};
+use super::{Anchor, Flash, Lamp, LampLayout, Light, MOST_LAMPS, Rhythm, kinds};
 use crate::objects::Fixture;
 use crate::scene::place::{Above, PLACE_KEYS, Place, finite};
 use hedgehop_base::document::Reading;
@@ -23,7 +23,7 @@ const LONGEST: f64 = 100_000.0;
 #[serde(deny_unknown_fields, expecting = "a table [[light]]")]
 pub(in crate::scene) struct LightTable {
     name: Option<String>,
-    kind: Option<Spanned<Kind>>,
+    kind: Option<Spanned<LightKind>>,
     at: Option<Spanned<Vec<f64>>>,
     at_lonlat: Option<Spanned<Vec<f64>>>,
     altitude: Option<Spanned<Above>>,
@@ -55,7 +55,7 @@ pub(in crate::scene) struct LightTable {
 
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(rename_all = "lowercase")]
-enum Kind {
+enum LightKind {
     Lamp,
     String,
     Runway,
@@ -74,9 +74,9 @@ enum Side {
 }
 
 /// Keys that each kind takes besides its name, its place and `candela`.
-const KEYS: [(Kind, &str, &[&str]); 8] = [
+const KEYS: [(LightKind, &str, &[&str]); 8] = [
     (
-        Kind::Lamp,
+        LightKind::Lamp,
         "lamp",
         &[
             "object",
@@ -91,17 +91,21 @@ const KEYS: [(Kind, &str, &[&str]); 8] = [
             "turn_rpm",
         ],
     ),
-    (Kind::String, "string", &["colour", "size_m", "flash_s", "phase_s", "to", "spacing_m", "running_s"]),
-    (Kind::Runway, "runway", &["length_m", "width_m", "centre_line"]),
-    (Kind::Approach, "approach", &["length_m", "flashers"]),
-    (Kind::Papi, "papi", &["slope_deg", "side"]),
-    (Kind::Vasi, "vasi", &["slope_deg"]),
-    (Kind::Beacon, "beacon", &["turn_rpm"]),
-    (Kind::Town, "town", &["colour", "extent_m", "count", "seed"]),
+    (
+        LightKind::String,
+        "string",
+        &["colour", "size_m", "flash_s", "phase_s", "to", "spacing_m", "running_s"],
+    ),
+    (LightKind::Runway, "runway", &["length_m", "width_m", "centre_line"]),
+    (LightKind::Approach, "approach", &["length_m", "flashers"]),
+    (LightKind::Papi, "papi", &["slope_deg", "side"]),
+    (LightKind::Vasi, "vasi", &["slope_deg"]),
+    (LightKind::Beacon, "beacon", &["turn_rpm"]),
+    (LightKind::Town, "town", &["colour", "extent_m", "count", "seed"]),
 ];
 
 /// A light while it is read.
-struct Entry<'t, 'f> {
+struct LightEntry<'t, 'f> {
     reading: &'t Reading<'f>,
     table: &'t LightTable,
     span: Range<usize>,
@@ -115,20 +119,20 @@ pub(in crate::scene) fn light(
     number: usize,
 ) -> Result<Light> {
     let (span, table) = (table.span(), table.get_ref());
-    let kind = table.kind.as_ref().map_or(Kind::Lamp, |kind| *kind.get_ref());
+    let kind = table.kind.as_ref().map_or(LightKind::Lamp, |kind| *kind.get_ref());
     let (_, word, keys) = KEYS.into_iter().find(|(of, ..)| *of == kind).unwrap_or(KEYS[0]);
     let name = table.name.clone().unwrap_or_else(|| format!("{word} {number}"));
     if name.trim().is_empty() || name.chars().any(char::is_control) || name.chars().count() > 200 {
         return Err(reading.wrong(span, "a light's name must be 1 to 200 printable characters"));
     }
-    let entry = Entry { reading, table, span: span.clone(), kind: word };
+    let entry = LightEntry { reading, table, span: span.clone(), kind: word };
     entry.takes(keys)?;
     let line = reading.line(&span);
     let anchor = entry.anchor(&name)?;
     Ok(Light { line, layout: entry.layout(kind, &name)?, anchor, name })
 }
 
-impl Entry<'_, '_> {
+impl LightEntry<'_, '_> {
     /// Refuses keys of other kinds.
     fn takes(&self, keys: &[&str]) -> Result<()> {
         let Self { table, kind, .. } = self;
@@ -203,7 +207,7 @@ impl Entry<'_, '_> {
         }
     }
 
-    fn layout(&self, kind: Kind, name: &str) -> Result<Layout> {
+    fn layout(&self, kind: LightKind, name: &str) -> Result<LampLayout> {
         let table = self.table;
         let metres = |key: &str, value: &Option<Spanned<f64>>, default: Option<f64>, least: f64| {
             let want = format!("must be {least} m to 100 km");
@@ -220,8 +224,8 @@ impl Entry<'_, '_> {
             )
         };
 
-        Ok(Layout::Lamps(match kind {
-            Kind::Lamp => {
+        Ok(LampLayout::Lamps(match kind {
+            LightKind::Lamp => {
                 let offset = match &table.offset_m {
                     Some(offset) => finite(self.reading, "offset_m", offset)?.into(),
                     None => DVec3::ZERO,
@@ -233,7 +237,7 @@ impl Entry<'_, '_> {
                     rhythm: self.rhythm()?,
                 }]
             }
-            Kind::String => {
+            LightKind::String => {
                 let to = table.to.as_ref().ok_or_else(|| self.wrong("a string needs to"))?;
                 let whose = format!("the end of light `{name}`");
                 let to = match &table.at_lonlat {
@@ -260,25 +264,25 @@ impl Entry<'_, '_> {
                     fixture: self.fixture()?.into(),
                     rhythm: self.rhythm()?,
                 };
-                return Ok(Layout::String(lamp, to, spacing, running));
+                return Ok(LampLayout::String(lamp, to, spacing, running));
             }
-            Kind::Runway => kinds::runway(
+            LightKind::Runway => kinds::runway(
                 metres("length_m", &table.length_m, None, 100.0)?,
                 metres("width_m", &table.width_m, Some(45.0), 3.0)?,
                 self.candela(150.0)?,
                 table.centre_line.as_ref().is_some_and(|has| *has.get_ref()),
             ),
-            Kind::Approach => kinds::approach(
+            LightKind::Approach => kinds::approach(
                 metres("length_m", &table.length_m, Some(900.0), 30.0)?,
                 self.candela(250.0)?,
                 table.flashers.as_ref().is_none_or(|has| *has.get_ref()),
             ),
-            Kind::Papi => {
+            LightKind::Papi => {
                 let side = table.side.as_ref().map_or(Side::Left, |side| *side.get_ref());
                 kinds::papi(slope()?, self.candela(1500.0)?, if side == Side::Left { 1.0 } else { -1.0 })
             }
-            Kind::Vasi => kinds::vasi(slope()?, self.candela(1500.0)?),
-            Kind::Beacon => {
+            LightKind::Vasi => kinds::vasi(slope()?, self.candela(1500.0)?),
+            LightKind::Beacon => {
                 let turns = self.number(
                     "turn_rpm",
                     table.turn_rpm.as_ref(),
@@ -288,7 +292,7 @@ impl Entry<'_, '_> {
                 )?;
                 kinds::beacon(self.candela(20_000.0)?, turns / 60.0)
             }
-            Kind::Town => {
+            LightKind::Town => {
                 let extent = table.extent_m.as_ref().ok_or_else(|| self.wrong("a town needs extent_m"))?;
                 let metres: [f64; 2] = self.reading.numbers("extent_m", extent)?;
                 if !metres.into_iter().all(|metres| metres > 0.0 && metres <= LONGEST) {

@@ -14,11 +14,11 @@ use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
 
-use crate::objects::{Mesh, Part};
+use crate::objects::{Mesh, MeshPart};
 use crate::space::Attitude;
 use hedgehop_assets::model::{Clause, MOST_TRIANGLES, Model, ModelPart, Read, read};
 use hedgehop_base::error::{Error, Result};
-pub(super) use nodes::{Cut, Rest};
+pub(super) use nodes::{NodeSplit, Rest};
 
 /// Triangles of all models of a scene.
 const MOST_OF_SCENE: usize = 4 * MOST_TRIANGLES;
@@ -75,7 +75,7 @@ struct Fitting {
 #[derive(Debug, Default)]
 pub(super) struct Models {
     read: BTreeMap<PathBuf, Arc<Read>>,
-    fitted: Vec<(PathBuf, Fit, Knife, Arc<Cut>)>,
+    fitted: Vec<(PathBuf, Fit, Knife, Arc<NodeSplit>)>,
     triangles: usize,
 }
 
@@ -89,7 +89,7 @@ struct Knife {
 /// A model for an object.
 #[derive(Debug)]
 pub(super) struct Fitted {
-    pub cut: Arc<Cut>,
+    pub cut: Arc<NodeSplit>,
     /// All files that it was read from.
     pub files: Vec<PathBuf>,
     /// Parts that are not shown, as clauses.
@@ -128,7 +128,7 @@ impl Models {
             Some((.., cut)) => cut.clone(),
             None => {
                 let wrong = |what: String| Error::invalid(path, what);
-                let cut = Arc::new(Cut::new(&read.model, fit, &knife).map_err(wrong)?);
+                let cut = Arc::new(NodeSplit::new(&read.model, fit, &knife).map_err(wrong)?);
                 self.triangles += cut.triangle_count();
                 if self.triangles > MOST_OF_SCENE {
                     return Err(wrong(format!(
@@ -201,7 +201,7 @@ impl Fitting {
             Some(rest) => (rest.turn.transpose() * (turned * *place - origin - rest.pivot)).as_vec3(),
         };
 
-        let part = |part: &ModelPart| Part {
+        let part = |part: &ModelPart| MeshPart {
             positions: part.positions.iter().map(place).collect(),
             normals: part.normals.iter().map(|normal| rotation * *normal).collect(),
             places: part.places.clone(),

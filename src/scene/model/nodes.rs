@@ -30,7 +30,7 @@ pub(in crate::scene) struct Rest {
 
 /// A model in several meshes.
 #[derive(Debug)]
-pub(in crate::scene) struct Cut {
+pub(in crate::scene) struct NodeSplit {
     /// Mesh that is left of it.
     pub rest: Arc<Mesh>,
     /// Each node that was to be cut off, or why it was not: a clause.
@@ -50,7 +50,7 @@ pub(in crate::scene) struct Node {
     pub above: Option<usize>,
 }
 
-impl Cut {
+impl NodeSplit {
     /// Makes one mesh of a model, and another of each node that is cut off.
     pub(super) fn new(model: &Model, fit: &Fit, knife: &Knife) -> Clause<Self> {
         let fitting = Fitting::new(model, fit)?;

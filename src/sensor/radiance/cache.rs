@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
-use super::lines::Loom;
-use super::page::Part;
-use super::posts::Lamp;
+use super::lines::FilterScratch;
+use super::page::PostPart;
+use super::posts::PageLight;
 use super::{Facing, LineImage, RadiancePage, Weave};
 use crate::sensor::VisualSensor;
 use crate::simd::Isa;
 use crate::sunlight::{ShadePage, Shades};
-use crate::voxel::{Bytes, Derived, Lent, PageId, PageSource, Used};
+use crate::voxel::{Bytes, KeyedCache, Lent, PageId, PageSource, Used};
 use hedgehop_base::error::Result;
 
 /// Bytes of radiance that are kept unless told otherwise.
@@ -36,7 +36,7 @@ const STRIP: u32 = 32;
 
 /// Some neighbouring lines of a page.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Strip {
+pub struct LineStrip {
     /// Page of the strip.
     pub page: PageId,
     /// Filter that made the lines.
@@ -45,7 +45,7 @@ pub struct Strip {
     pub index: u32,
 }
 
-impl Strip {
+impl LineStrip {
     /// The strip that holds post `post` of a page, counted along the planes.
     pub fn with(page: PageId, weave: Weave, post: u32) -> Self {
         Self { page, weave, index: post / (STRIP << weave.span.trailing_zeros()) }
@@ -66,7 +66,7 @@ impl Strip {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 enum Key {
     Page(PageId),
-    Lines(Strip),
+    Lines(LineStrip),
 }
 
 /// Radiance of one database under one sun.
@@ -75,8 +75,8 @@ pub struct Radiance {
     sensor: VisualSensor,
     /// `None`: nothing lies in shadow.
     shades: Option<Shades>,
-    images: Derived<Key, Image>,
-    looms: Used<Loom>,
+    images: KeyedCache<Key, Image>,
+    looms: Used<FilterScratch>,
 }
 
 impl Radiance {
@@ -87,7 +87,7 @@ impl Radiance {
 
     /// The same with another limit in bytes. What the latest frames used is kept beyond it.
     pub fn with_budget(sensor: VisualSensor, budget: usize) -> Self {
-        Self { sensor, shades: None, images: Derived::new(budget), looms: Used::default() }
+        Self { sensor, shades: None, images: KeyedCache::new(budget), looms: Used::default() }
     }
 
     /// The same with shadows. The shares of the sun are no part of the budget, but have one of their own.
@@ -138,8 +138,8 @@ impl Radiance {
     fn page(&self, source: &dyn PageSource, id: PageId) -> Result<Option<Arc<RadiancePage>>> {
         let bake = || {
             let shade = self.shade(source, id)?;
-            let lamp = Lamp::new(&self.sensor).with_shade(shade.as_deref());
-            let page = RadiancePage::bake(source, (id, Part::ALL), &lamp, &Facing::down(0), Isa::best())?;
+            let lamp = PageLight::new(&self.sensor).with_shade(shade.as_deref());
+            let page = RadiancePage::bake(source, (id, PostPart::ALL), &lamp, &Facing::down(0), Isa::best())?;
             Ok(page.map(|page| Image::Page(Arc::new(page))))
         };
         match self.image(source, (id, Key::Page(id)), bake)? {
@@ -152,17 +152,17 @@ impl Radiance {
     fn lines(
         &self,
         source: &dyn PageSource,
-        strip: Strip,
-        loom: &mut Loom,
+        strip: LineStrip,
+        loom: &mut FilterScratch,
         may_weave: impl FnOnce() -> bool,
     ) -> Result<Option<Arc<LineImage>>> {
         let weave_lines = || {
             if !may_weave() {
                 return Ok(None);
             }
-            let part = Part::lines(strip.weave.facing.major, strip.first(), strip.posts());
+            let part = PostPart::lines(strip.weave.facing.major, strip.first(), strip.posts());
             let shade = self.shade(source, strip.page)?;
-            let lamp = Lamp::new(&self.sensor).with_shade(shade.as_deref());
+            let lamp = PageLight::new(&self.sensor).with_shade(shade.as_deref());
             let lines = LineImage::bake(source, (strip.page, part), &lamp, strip.weave, (loom, Isa::best()))?;
             Ok(lines.map(|lines| Image::Lines(Arc::new(lines))))
         };
@@ -177,14 +177,14 @@ impl Radiance {
 const SLOTS: usize = 256;
 
 /// An image, and what it is of.
-type Slot = Option<(Strip, Option<Arc<LineImage>>)>;
+type ImageSlot = Option<(LineStrip, Option<Arc<LineImage>>)>;
 
 /// Pages that one task looked up.
 pub struct RadiancePages<'a> {
     source: &'a dyn PageSource,
     radiance: &'a Radiance,
-    slots: Vec<Slot>,
-    loom: Lent<'a, Loom>,
+    slots: Vec<ImageSlot>,
+    loom: Lent<'a, FilterScratch>,
     /// Pages that were missing, unless they are waited for.
     missing: Option<Vec<PageId>>,
     /// Stands for their lines.
@@ -228,8 +228,8 @@ impl<'a> RadiancePages<'a> {
     /// # Errors
     /// A page that is damaged.
     #[inline]
-    pub fn lines(&mut self, strip: Strip) -> Result<Option<Arc<LineImage>>> {
-        let Strip { page, weave, index } = strip;
+    pub fn lines(&mut self, strip: LineStrip) -> Result<Option<Arc<LineImage>>> {
+        let LineStrip { page, weave, index } = strip;
         let hash = page.px.wrapping_mul(7)
             ^ page.py.wrapping_mul(29)
             ^ u32::from(page.level).wrapping_mul(17)

@@ -11,9 +11,9 @@
 //! whichever axis the planes run along.
 
 use super::facing::Facing;
-use super::page::{Baking, Finish, Part, encode};
-use super::posts::Lamp;
-use super::window::{RING, Row, Window};
+use super::page::{Baking, ImageFinish, PostPart, encode};
+use super::posts::PageLight;
+use super::window::{RING, Window, WindowRow};
 use crate::simd::{Floats, Isa, LANES, Simd, turned};
 use crate::voxel::{PageId, PageSource};
 use hedgehop_base::error::Result;
@@ -46,13 +46,13 @@ impl LineImage {
     /// A page that is damaged.
     pub fn bake(
         source: &dyn PageSource,
-        (id, part): (PageId, Part),
-        lamp: &Lamp<'_>,
+        (id, part): (PageId, PostPart),
+        lamp: &PageLight<'_>,
         weave: Weave,
-        (loom, isa): (&mut Loom, Isa),
+        (loom, isa): (&mut FilterScratch, Isa),
     ) -> Result<Option<Self>> {
-        let Loom { window, sums, image } = loom;
-        let finish = Weaving { weave, sums, image };
+        let FilterScratch { window, sums, image } = loom;
+        let finish = LineFiltering { weave, sums, image };
         isa.run(Baking { source, id, part, lamp, facing: &weave.facing, window, finish })
     }
 
@@ -77,19 +77,19 @@ impl LineImage {
 /// Memory for what is needed to make lines, used again and again: lines are kept for long, and what lay between them in memory and is free
 /// would be of little use.
 #[derive(Debug, Default)]
-pub struct Loom {
+pub struct FilterScratch {
     window: Window,
     sums: Sums,
     image: Vec<u32>,
 }
 
-struct Weaving<'l> {
+struct LineFiltering<'l> {
     weave: Weave,
     sums: &'l mut Sums,
     image: &'l mut Vec<u32>,
 }
 
-impl Finish for Weaving<'_> {
+impl ImageFinish for LineFiltering<'_> {
     type Image = LineImage;
 
     #[inline(always)]
@@ -187,7 +187,7 @@ impl Sums {
 
     /// Adds a row.
     #[inline(always)]
-    fn add<V: Simd>(&mut self, simd: V, row: Row<'_>, share: f32) {
+    fn add<V: Simd>(&mut self, simd: V, row: WindowRow<'_>, share: f32) {
         let [red, green, blue] = row.light;
         let share = simd.splat(share);
         for first in (0..self.width).step_by(LANES) {

@@ -32,4 +32,4 @@ pub use cache::{Radiance, RadiancePages};
 pub use facing::Facing;
 pub use lines::{LineImage, Weave};
 pub use page::RadiancePage;
-pub use sample::{Crossings, Line, LineSampler, Place, Planes, UNITS};
+pub use sample::{Crossings, ImageLine, LineSampler, Place, PlanesAbove, UNITS};

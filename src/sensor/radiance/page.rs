@@ -1,7 +1,7 @@
 //! One page's radiance.
 
 use super::facing::Facing;
-use super::posts::{Lamp, Posts};
+use super::posts::{PageLight, Posts};
 use super::window::{RING, Window};
 use crate::simd::{Floats, Ints, Isa, Kernel, LANES, Simd};
 use crate::voxel::{PAGE_SIDE, PageId, PageSource};
@@ -14,14 +14,14 @@ pub const CODE_LIMIT: f32 = 1023.0;
 
 /// A rectangle of a page's posts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Part {
+pub struct PostPart {
     /// The first post, eastward and northward.
     pub first: [u32; 2],
     /// Posts, eastward and northward, ≥ 1; what lies beyond the page is none.
     pub size: [u32; 2],
 }
 
-impl Part {
+impl PostPart {
     /// The whole of any page.
     pub const ALL: Self = Self { first: [0; 2], size: [PAGE_SIDE; 2] };
 
@@ -62,8 +62,8 @@ impl RadiancePage {
     /// A page that is damaged.
     pub fn bake(
         source: &dyn PageSource,
-        (id, part): (PageId, Part),
-        lamp: &Lamp<'_>,
+        (id, part): (PageId, PostPart),
+        lamp: &PageLight<'_>,
         facing: &Facing,
         isa: Isa,
     ) -> Result<Option<Self>> {
@@ -86,8 +86,8 @@ impl RadiancePage {
 pub struct Baking<'a, M> {
     pub source: &'a dyn PageSource,
     pub id: PageId,
-    pub part: Part,
-    pub lamp: &'a Lamp<'a>,
+    pub part: PostPart,
+    pub lamp: &'a PageLight<'a>,
     pub facing: &'a Facing,
     /// Window in which posts are lit.
     pub window: &'a mut Window,
@@ -96,13 +96,13 @@ pub struct Baking<'a, M> {
 }
 
 /// Makes an image of posts.
-pub trait Finish {
+pub trait ImageFinish {
     type Image;
     /// Makes the image of posts of a part of `size`, eastward and northward, and [`RING`] around it. Implementations are `#[inline(always)]`.
     fn image<V: Simd>(self, simd: V, window: &Window, size: [usize; 2]) -> Self::Image;
 }
 
-impl<M: Finish> Kernel for Baking<'_, M> {
+impl<M: ImageFinish> Kernel for Baking<'_, M> {
     /// `None` where the page is absent.
     type Output = Result<Option<M::Image>>;
 
@@ -120,7 +120,7 @@ impl<M: Finish> Kernel for Baking<'_, M> {
 /// Texels of the posts themselves.
 struct Encoding;
 
-impl Finish for Encoding {
+impl ImageFinish for Encoding {
     type Image = RadiancePage;
 
     #[inline(always)]

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::facing::{Facing, VOID_WEIGHT};
-use super::page::Part;
+use super::page::PostPart;
 use super::window::LIT;
 use crate::sensor::VisualSensor;
 use crate::simd::{Floats, Ints, LANES, Mask, Simd};
@@ -21,13 +21,13 @@ pub const VOID: f32 = -1.0;
 
 /// Light on a page.
 #[derive(Debug, Clone, Copy)]
-pub struct Lamp<'s> {
+pub struct PageLight<'s> {
     sensor: &'s VisualSensor,
     /// Sunlight on the page's posts; `None`: all of it.
     shade: Option<&'s ShadePage>,
 }
 
-impl<'s> Lamp<'s> {
+impl<'s> PageLight<'s> {
     /// A sun that nothing hides.
     pub fn new(sensor: &'s VisualSensor) -> Self {
         Self { sensor, shade: None }
@@ -44,7 +44,7 @@ impl<'s> Lamp<'s> {
 const _: () = assert!(SHADE_APRON as usize == LIT);
 
 /// Rows to write to, from the first lit post on; some lanes behind the last one are written too.
-pub struct Rows<'t> {
+pub struct PostRows<'t> {
     /// Red, green and blue.
     pub light: [&'t mut [f32]; 3],
     /// Weight of each post: how much of it is seen.
@@ -53,7 +53,7 @@ pub struct Rows<'t> {
 
 /// A part of a page's posts under a lamp, and those around it. All that a post needs is in the page.
 pub struct Posts<'a> {
-    lamp: Lamp<'a>,
+    lamp: PageLight<'a>,
     /// The colours' linear values, as wet as the ground is.
     linear: [f32; 256],
     view: PageView<'a>,
@@ -73,11 +73,11 @@ pub struct Posts<'a> {
 
 impl<'a> Posts<'a> {
     pub fn new(
-        lamp: &Lamp<'a>,
+        lamp: &PageLight<'a>,
         header: &Header,
         id: PageId,
         view: PageView<'a>,
-        part: Part,
+        part: PostPart,
         facing: &Facing,
     ) -> Self {
         let half_step = (0.5 * header.heights.scale / header.grid.side(id.level)) as f32;
@@ -109,9 +109,9 @@ impl<'a> Posts<'a> {
 
     /// Writes what the lit posts of row `y` send, seen as `facing` says, with [`VOID`] where they have no surface. Whether there are such.
     #[inline(always)]
-    pub fn row<V: Simd>(&self, simd: V, y: usize, target: Rows<'_>) -> bool {
+    pub fn row<V: Simd>(&self, simd: V, y: usize, target: PostRows<'_>) -> bool {
         let along = if self.is_last(1, y) { 2.0 * self.half_step } else { self.half_step };
-        let Rows { light: [red, green, blue], weights } = target;
+        let PostRows { light: [red, green, blue], weights } = target;
         let [zero, void] = [0.0, VOID].map(|value| simd.splat(value));
         let columns = self.lit[0].clone();
         let mut has_voids = false;

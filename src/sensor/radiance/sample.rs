@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::RadiancePages;
-use super::cache::Strip;
+use super::cache::LineStrip;
 use super::facing::{Facing, STEEPER};
 use super::lines::{LineImage, Weave};
 use super::page::{CODE_LIMIT, ROOT_OF_BRIGHTEST};
@@ -35,7 +35,7 @@ const GREEN: f32 = 1024.0;
 
 /// Sixteen planes, from above.
 #[derive(Debug, Clone, Copy)]
-pub struct Planes {
+pub struct PlanesAbove {
     /// 0: they run along x, 1: along y.
     pub major: usize,
     /// Up that axis.
@@ -52,7 +52,7 @@ pub struct Planes {
 
 /// A line to look at.
 #[derive(Debug, Clone, Copy)]
-pub struct Line {
+pub struct ImageLine {
     /// Level index.
     pub level: u8,
     /// Index of the line at the level.
@@ -74,8 +74,8 @@ pub struct LineSampler<'a> {
 pub struct Crossings<'s, 'a, V: Simd> {
     simd: V,
     minor: V::F,
-    search: Search<'s, 'a>,
-    runs: Vec<Run>,
+    search: ImageSearch<'s, 'a>,
+    runs: Vec<TexelRun>,
     /// Index of the run that was used last, by log₂ of its span: where slopes change, so do spans from line to line.
     latest: [usize; SPANS],
 }
@@ -94,7 +94,7 @@ pub struct Place {
 }
 
 /// Search of the images under planes.
-struct Search<'s, 'a> {
+struct ImageSearch<'s, 'a> {
     sampler: &'s mut LineSampler<'a>,
     major: usize,
     forward: bool,
@@ -106,7 +106,7 @@ struct Search<'s, 'a> {
 }
 
 /// Images side by side, where they are, and which lines they serve.
-struct Run {
+struct TexelRun {
     level: u8,
     /// The first of the lines, and how many there are.
     first_line: i64,
@@ -144,15 +144,15 @@ impl<'a> LineSampler<'a> {
 
     /// Finds where planes cross lines.
     #[inline(always)]
-    pub fn under<V: Simd>(&mut self, simd: V, planes: &Planes) -> Crossings<'_, 'a, V> {
+    pub fn under<V: Simd>(&mut self, simd: V, planes: &PlanesAbove) -> Crossings<'_, 'a, V> {
         let ends = planes.minor.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &minor| {
             [low.min(f64::from(minor)), high.max(f64::from(minor))]
         });
-        let Planes { major, forward, height, eye, pixel, .. } = *planes;
+        let PlanesAbove { major, forward, height, eye, pixel, .. } = *planes;
         Crossings {
             simd,
             minor: simd.load(&planes.minor),
-            search: Search { sampler: self, major, forward, height, eye, ends, pixel },
+            search: ImageSearch { sampler: self, major, forward, height, eye, ends, pixel },
             runs: Vec::new(),
             latest: [usize::MAX; SPANS],
         }
@@ -166,7 +166,7 @@ impl<V: Simd> Crossings<'_, '_, V> {
     /// # Errors
     /// A page that is damaged.
     #[inline(always)]
-    pub fn seek(&mut self, line: Line) -> Result<Place> {
+    pub fn seek(&mut self, line: ImageLine) -> Result<Place> {
         let mut line = line;
         loop {
             if let Some(run) = self.runs.get(self.latest[slot(line.span)])
@@ -184,8 +184,12 @@ impl<V: Simd> Crossings<'_, '_, V> {
                     return Ok(place);
                 }
                 None if coarser(line.level) < self.search.sampler.level_count => {
-                    line =
-                        Line { level: coarser(line.level), index: line.index.div_euclid(4), span: 1, ..line };
+                    line = ImageLine {
+                        level: coarser(line.level),
+                        index: line.index.div_euclid(4),
+                        span: 1,
+                        ..line
+                    };
                 }
                 None => return Ok(Place { run: usize::MAX, ..Place::default() }),
             }
@@ -193,7 +197,7 @@ impl<V: Simd> Crossings<'_, '_, V> {
     }
 
     #[inline(always)]
-    fn place(&self, run: &Run, line: &Line) -> Place {
+    fn place(&self, run: &TexelRun, line: &ImageLine) -> Place {
         // A line before the area is lit as its first one.
         let within = line.index.saturating_sub(run.first_line).max(0) as usize >> run.span;
         let mut place =
@@ -236,9 +240,9 @@ impl<V: Simd> Crossings<'_, '_, V> {
     }
 }
 
-impl Run {
+impl TexelRun {
     #[inline(always)]
-    fn serves(&self, line: &Line) -> bool {
+    fn serves(&self, line: &ImageLine) -> bool {
         self.level == line.level
             && (line.index.wrapping_sub(self.first_line) as u64) < self.lines
             && self.from <= line.distance
@@ -274,10 +278,10 @@ impl Run {
     }
 }
 
-impl Search<'_, '_> {
+impl ImageSearch<'_, '_> {
     /// Images for a line and those near it; `None` if one is absent.
     #[inline(never)]
-    fn run(&mut self, line: &Line) -> Result<Option<Run>> {
+    fn run(&mut self, line: &ImageLine) -> Result<Option<TexelRun>> {
         let (level, distance) = (line.level, f64::from(line.distance));
         let voxel = f64::from(Grid::side_units(level));
 
@@ -313,13 +317,15 @@ impl Search<'_, '_> {
         let first_line = along * i64::from(PAGE_SIDE);
         let post = (line.index - first_line).clamp(0, i64::from(PAGE_SIDE) - 1) as u32;
         let [first, last] = pages.map(|page| page.clamp(0, dims[1 - self.major] - 1));
-        let strip = Strip::with(PageId { level, px: 0, py: 0 }, weave, post);
+        let strip = LineStrip::with(PageId { level, px: 0, py: 0 }, weave, post);
         let mut images = [const { None }; MOST_PAGES];
 
         for part in 0..=(last - first).min(MOST_PAGES as i64 - 1) {
             let (px, py) = if self.major == 0 { (along, first + part) } else { (first + part, along) };
             let id = self.sampler.pages.source().ground_of(PageId { level, px: px as u32, py: py as u32 });
-            let Some(image) = self.sampler.pages.lines(Strip { page: id, ..strip })? else { return Ok(None) };
+            let Some(image) = self.sampler.pages.lines(LineStrip { page: id, ..strip })? else {
+                return Ok(None);
+            };
             images[part as usize] = Some(image);
         }
 
@@ -329,7 +335,7 @@ impl Search<'_, '_> {
         let is_narrow = images[0].as_deref().is_some_and(narrow);
         let row = images[0].as_ref().map_or(0, |image| image.row);
 
-        Ok(Some(Run {
+        Ok(Some(TexelRun {
             level,
             first_line: first_line + i64::from(strip.first()),
             lines: u64::from(strip.posts()),

@@ -3,8 +3,8 @@
 use std::sync::atomic::AtomicU32;
 
 use super::facing::Facing;
-use super::page::Part;
-use super::posts::Lamp;
+use super::page::PostPart;
+use super::posts::PageLight;
 use super::tests::{Holey, bake, codes, rough, sensor};
 use super::window::RING;
 use super::*;
@@ -100,17 +100,17 @@ fn parts_hold_what_the_whole_page_holds() {
     let source = rough(1200, 1100, 5);
     let uphill = Facing { major: 1, forward: true, incline: 0 };
     let bake = |id, part| {
-        RadiancePage::bake(&source, (id, part), &Lamp::new(&sensor()), &uphill, Isa::best()).unwrap()
+        RadiancePage::bake(&source, (id, part), &PageLight::new(&sensor()), &uphill, Isa::best()).unwrap()
     };
 
     // The area's south-west corner, its north-east one, and pages between.
     for (level, px, py) in [(0, 0, 0), (0, 4, 4), (0, 1, 2), (1, 0, 0), (1, 1, 1)] {
         let id = PageId { level, px, py };
-        let whole = bake(id, Part::ALL).unwrap();
+        let whole = bake(id, PostPart::ALL).unwrap();
         for major in 0..2 {
             let axis = usize::from(major);
             for (first, count) in [(0, 32), (7, 5), (31, 128), (224, 64)] {
-                let part = bake(id, Part::lines(major, first, count)).unwrap();
+                let part = bake(id, PostPart::lines(major, first, count)).unwrap();
                 let side = whole.size[axis];
                 let first = (first as i32).min(side - 1);
                 assert_eq!(part.size[axis], (count as i32).min(side - first), "{id}");

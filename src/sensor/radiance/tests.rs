@@ -5,9 +5,9 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use glam::{DVec2, Vec3};
 
 use super::facing::Facing;
-use super::lines::Loom;
-use super::page::{CODE_LIMIT, Part, ROOT_OF_BRIGHTEST};
-use super::posts::Lamp;
+use super::lines::FilterScratch;
+use super::page::{CODE_LIMIT, PostPart, ROOT_OF_BRIGHTEST};
+use super::posts::PageLight;
 use super::*;
 use crate::raymarch::PageCursor;
 use crate::sensor::VisualSensor;
@@ -95,8 +95,8 @@ fn bake_facing(
 ) -> Option<RadiancePage> {
     RadiancePage::bake(
         source,
-        (PageId { level, px, py }, Part::ALL),
-        &Lamp::new(&sensor()),
+        (PageId { level, px, py }, PostPart::ALL),
+        &PageLight::new(&sensor()),
         facing,
         Isa::best(),
     )
@@ -302,8 +302,10 @@ fn every_instruction_set_bakes_the_same_bits() {
     for level in 0..2 {
         let id = PageId { level, px: 0, py: 0 };
         let facing = Facing { major: 1, forward: false, incline: 0 };
-        let baked =
-            |isa| RadiancePage::bake(&source, (id, Part::ALL), &Lamp::new(&sensor()), &facing, isa).unwrap();
+        let baked = |isa| {
+            RadiancePage::bake(&source, (id, PostPart::ALL), &PageLight::new(&sensor()), &facing, isa)
+                .unwrap()
+        };
         for isa in Isa::available() {
             assert!(baked(isa) == baked(Isa::PORTABLE), "level {level}, {isa}");
         }
@@ -320,7 +322,7 @@ struct Looking<'s, 'a> {
     minor: [f32; LANES],
     /// Width of a pixel's footprint at the line, voxels of level 0.
     footprint: f64,
-    line: Line,
+    line: ImageLine,
 }
 
 impl Kernel for Looking<'_, '_> {
@@ -330,7 +332,7 @@ impl Kernel for Looking<'_, '_> {
     fn run<V: Simd>(self, simd: V) -> Self::Output {
         let Self { sampler, major, forward, height, eye, minor, footprint, line } = self;
         let pixel = footprint / f64::from(line.distance);
-        let planes = Planes { major, forward, height, eye, minor, pixel };
+        let planes = PlanesAbove { major, forward, height, eye, minor, pixel };
         let mut crossings = sampler.under(simd, &planes);
         let place = crossings.seek(line).unwrap();
         let mut found = crossings.sample(&place);
@@ -394,7 +396,7 @@ fn lines_are_means_over_strides_and_footprints() {
         let distance = (300.0 * unit(5 * case + 2)) as f32 + 1.0;
         let minor = std::array::from_fn(|lane| (middle + 0.004 * lane as f64) as f32);
         let index = (500.0 * unit(5 * case + 3)) as i64 / span * span;
-        let line = Line { level: 0, index, span: span as u8, distance };
+        let line = ImageLine { level: 0, index, span: span as u8, distance };
         let footprint = [1.0, 2.0, 4.0][shift as usize];
         let incline = case / 18 % 3;
         let (forward, height) = (case % 5 < 2, f64::from(distance) * [0.1, 0.7, 3.0][incline as usize]);
@@ -435,7 +437,7 @@ fn a_coarser_line_stands_in_for_an_absent_one() {
 
     let look = |level, index| {
         let mut sampler = LineSampler::new(RadiancePages::new(&source, &radiance));
-        let line = Line { level, index, span: 1, distance: 50.0 };
+        let line = ImageLine { level, index, span: 1, distance: 50.0 };
         let (major, forward, height) = (0, true, f64::INFINITY);
         let (eye, minor, footprint) = (100.0, [0.3; LANES], 0.4);
 
@@ -458,13 +460,19 @@ fn a_coarser_line_stands_in_for_an_absent_one() {
 #[test]
 fn every_instruction_set_weaves_the_same_bits() {
     let source = rough(300, 270, 7);
-    let strip = |level| (PageId { level, px: 0, py: 0 }, Part::lines(level, 32, 32));
+    let strip = |level| (PageId { level, px: 0, py: 0 }, PostPart::lines(level, 32, 32));
     for (level, shift, span) in [(0, 0, 1), (0, 2, 4), (1, 1, 2), (1, 2, 1), (0, 1, 1)] {
         let facing = Facing { major: level, forward: shift == 1, incline: span / 2 };
         let weave = Weave { facing, shift, span };
         let bake = |isa| {
-            LineImage::bake(&source, strip(level), &Lamp::new(&sensor()), weave, (&mut Loom::default(), isa))
-                .unwrap()
+            LineImage::bake(
+                &source,
+                strip(level),
+                &PageLight::new(&sensor()),
+                weave,
+                (&mut FilterScratch::default(), isa),
+            )
+            .unwrap()
         };
         for isa in Isa::available() {
             assert!(bake(isa) == bake(Isa::PORTABLE), "{weave:?}, {isa}");

@@ -10,7 +10,7 @@
 
 use std::ops::Range;
 
-use super::posts::{Posts, Rows, VOID};
+use super::posts::{PostRows, Posts, VOID};
 use crate::simd::{LANES, Simd};
 
 /// Posts around the page: the apron of images of lines, a texel of four posts.
@@ -32,7 +32,7 @@ pub struct Window {
 
 /// A row of posts, and all that lies in memory behind it.
 #[derive(Clone, Copy)]
-pub struct Row<'w> {
+pub struct WindowRow<'w> {
     /// Red, green and blue.
     pub light: [&'w [f32]; 3],
     /// Weight of each post: how much of it is seen.
@@ -57,7 +57,7 @@ impl Window {
         for y in lit.clone() {
             let first = y * stride + columns.start;
             let light = self.planes.each_mut().map(|plane| &mut plane[first..]);
-            let target = Rows { light, weights: &mut self.weights[first..] };
+            let target = PostRows { light, weights: &mut self.weights[first..] };
             has_voids |= posts.row(simd, y + posts.part[1].start, target);
         }
         self.repeat([columns, lit]);
@@ -90,9 +90,12 @@ impl Window {
 
     /// A row of the part and [`RING`] around it.
     #[inline(always)]
-    pub fn row(&self, y: usize) -> Row<'_> {
+    pub fn row(&self, y: usize) -> WindowRow<'_> {
         let first = (y + BESIDE) * self.stride + BESIDE;
-        Row { light: self.planes.each_ref().map(|plane| &plane[first..]), weights: &self.weights[first..] }
+        WindowRow {
+            light: self.planes.each_ref().map(|plane| &plane[first..]),
+            weights: &self.weights[first..],
+        }
     }
 
     /// Gives posts without a surface the mean of what those beside them send, or black: at the rim of a void, pixels and texels

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::*;
-use crate::voxel::{BLOCK_SIDE, BlockSpans, Standing, Symmetry, build_standing, verify};
+use crate::voxel::{BLOCK_SIDE, BlockSpans, SpanArrays, Symmetry, build_standing, verify};
 use hedgehop_base::progress::Silent;
 
 const SIDE: u32 = 300;
@@ -42,8 +42,14 @@ fn area(placed: &[([i64; 2], Placement)]) -> MemPages {
     let arrays = Arrays { grid, heights: &ground, colours: &colours, attributes: None };
     let own = BTreeMap::from([((100, 100), vec![Span { high: 500, ..marked(0, 0, Span::GROUND) }])]);
     let objects = SharedObjects::new(vec![object(SpanTable::rise(CODE, 1.0))]);
-    let standing =
-        Standing { heights: &ground, colours: &colours, spans: &own, objects: &objects, placed, code: CODE };
+    let standing = SpanArrays {
+        heights: &ground,
+        colours: &colours,
+        spans: &own,
+        objects: &objects,
+        placed,
+        code: CODE,
+    };
     build_standing(&arrays, &standing, &Metadata::default()).unwrap()
 }
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::*;
-use crate::voxel::{Standing, build_standing, verify};
+use crate::voxel::{SpanArrays, build_standing, verify};
 use hedgehop_base::progress::Silent;
 
 const SIDE: u32 = 300;
@@ -45,7 +45,7 @@ fn area(spans: &BTreeMap<(u32, u32), Vec<Span>>) -> MemPages {
     let colours = vec![[90; 3]; ground.len()];
     let arrays = Arrays { grid, heights: &heights, colours: &colours, attributes: None };
     let (objects, placed) = (&SharedObjects::default(), &[]);
-    let standing = Standing { heights: &ground, colours: &colours, spans, objects, placed, code };
+    let standing = SpanArrays { heights: &ground, colours: &colours, spans, objects, placed, code };
     build_standing(&arrays, &standing, &Metadata::default()).unwrap()
 }
 

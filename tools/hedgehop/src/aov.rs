@@ -6,7 +6,7 @@ use std::path::Path;
 
 use clap::{Args, ValueEnum};
 use hedgehop::earth::Curvature;
-use hedgehop::frame::{Frame, Step, Target, motion};
+use hedgehop::frame::{Frame, MotionStep, Target, motion};
 use hedgehop::objects::Body;
 use hedgehop::space::Camera;
 use hedgehop::subimage::Farm;
@@ -120,7 +120,7 @@ impl Further {
         let partner = self.partners.as_ref().and_then(|partners| partners.get(&number));
         if let Some(partner) = partner {
             let then = playing.map(|playing| playing.scenery(partner.number).bodies).unwrap_or_default();
-            let step = Step {
+            let step = MotionStep {
                 camera: &partner.camera,
                 bodies: [bodies, &then],
                 curvature: self.curvature,

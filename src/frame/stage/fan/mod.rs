@@ -3,12 +3,12 @@
 mod panorama;
 mod upright;
 
-pub use panorama::PanoramaFan;
-pub use upright::UprightFan;
+pub use panorama::PanoramaImage;
+pub use upright::UprightImage;
 
 use super::cell::{Cell, Scale};
 use super::solids::GROUND;
-use crate::raymarch::scan::Shape;
+use crate::raymarch::scan::PlaneArray;
 use crate::simd::{Floats, Ints, Mask, Simd, Sixteen};
 
 /// Inverse depths of neighbouring planes that differ by more than this share of their sum belong to two surfaces.
@@ -22,9 +22,9 @@ const AT_EYE: f32 = 1.0e20;
 
 /// Plane image that pixels are read from.
 #[derive(Clone, Copy)]
-pub struct Planes<'a> {
+pub struct PlaneSource<'a> {
     /// Layout of the planes before the screen.
-    pub shape: &'a Shape,
+    pub shape: &'a PlaneArray,
     /// Light, group by group, of each the rows that the shape keeps.
     pub cells: &'a [Cell],
     /// Light that the cells' codes stand for.

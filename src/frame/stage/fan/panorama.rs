@@ -6,7 +6,7 @@ use crate::raymarch::scan::{Annulus, Between, Gaze, Panorama};
 use crate::simd::{Floats, Ints, LANES, Mask, Simd};
 
 /// Looks up what planes around the eye saw.
-pub struct PanoramaFan<'a, V: Simd> {
+pub struct PanoramaImage<'a, V: Simd> {
     pub simd: V,
     pub panorama: &'a Panorama,
     /// Light, group by group.
@@ -16,17 +16,17 @@ pub struct PanoramaFan<'a, V: Simd> {
 }
 
 /// Place of sixteen pixels among planes and rows.
-pub struct Place<V: Simd> {
+pub struct PanoramaPlace<V: Simd> {
     gaze: Gaze<V>,
     /// Row below each pixel, and share of the way to the next.
     below: V::I,
     rise: V::F,
 }
 
-impl<V: Simd> PanoramaFan<'_, V> {
+impl<V: Simd> PanoramaImage<'_, V> {
     /// The annulus that a pixel of `left` looks into, those of them that look into the same, and planes beside them.
     #[inline(always)]
-    fn next(&self, place: &Place<V>, left: V::M) -> (&Annulus, V::M, Between<V>) {
+    fn next(&self, place: &PanoramaPlace<V>, left: V::M) -> (&Annulus, V::M, Between<V>) {
         let annulus = self.panorama.annulus(place.below.least(left));
         let here = left & !place.below.gt(self.simd.splat_int(annulus.rows.end as i32 - 1));
         (annulus, here, annulus.between(self.simd, place.gaze.azimuth))
@@ -41,20 +41,20 @@ impl<V: Simd> PanoramaFan<'_, V> {
     }
 }
 
-impl<V: Simd> LookUp<V> for PanoramaFan<'_, V> {
-    type Place = Place<V>;
+impl<V: Simd> LookUp<V> for PanoramaImage<'_, V> {
+    type Place = PanoramaPlace<V>;
 
     #[inline(always)]
-    fn place(&self, column: usize, row: usize) -> Place<V> {
+    fn place(&self, column: usize, row: usize) -> PanoramaPlace<V> {
         let gaze = self.panorama.gaze(self.simd, column, row);
         // Straight up there is no next row.
         let below = gaze.row.floor().min(self.simd.splat((self.panorama.last_row() - 1) as f32));
-        Place { rise: gaze.row - below, below: below.to_int(), gaze }
+        PanoramaPlace { rise: gaze.row - below, below: below.to_int(), gaze }
     }
 
     /// Cubic between rows, straight between planes, which are closer to each other; black where there is no ray.
     #[inline(always)]
-    fn light(&self, place: &Place<V>) -> [V::F; 3] {
+    fn light(&self, place: &PanoramaPlace<V>) -> [V::F; 3] {
         let simd = self.simd;
         let mut seen = [simd.splat(0.0); 3];
         let along = cubic(simd, place.rise);
@@ -83,7 +83,7 @@ impl<V: Simd> LookUp<V> for PanoramaFan<'_, V> {
     }
 
     #[inline(always)]
-    fn range(&self, place: &Place<V>) -> (V::F, V::M) {
+    fn range(&self, place: &PanoramaPlace<V>) -> (V::F, V::M) {
         let simd = self.simd;
         let zero = simd.splat(0.0);
         let along = self.panorama.harmonic(simd, place.rise);

@@ -8,7 +8,7 @@ use crate::raymarch::scan::{LevelRow, Upright};
 use crate::simd::{Floats, Ints, LANES, Simd};
 
 /// Place of sixteen pixels among planes and rows.
-pub struct Place<V: Simd> {
+pub struct UprightPlace<V: Simd> {
     plane: V::F,
     row: V::F,
     /// 1 + a² + t² of their directions.
@@ -18,7 +18,7 @@ pub struct Place<V: Simd> {
 }
 
 /// Looks planes up for rows of a screen.
-pub struct UprightFan<'a, V: Simd> {
+pub struct UprightImage<'a, V: Simd> {
     simd: V,
     /// Layout of the screen in them.
     upright: &'a Upright,
@@ -33,7 +33,7 @@ pub struct UprightFan<'a, V: Simd> {
     levels: Vec<LevelRow>,
 }
 
-impl<'a, V: Simd> UprightFan<'a, V> {
+impl<'a, V: Simd> UprightImage<'a, V> {
     /// Reads for some rows of the screen.
     #[inline(always)]
     pub fn new(
@@ -68,18 +68,18 @@ impl<'a, V: Simd> UprightFan<'a, V> {
     }
 }
 
-impl<V: Simd> LookUp<V> for UprightFan<'_, V> {
-    type Place = Place<V>;
+impl<V: Simd> LookUp<V> for UprightImage<'_, V> {
+    type Place = UprightPlace<V>;
 
     #[inline(always)]
-    fn place(&self, column: usize, row: usize) -> Place<V> {
+    fn place(&self, column: usize, row: usize) -> UprightPlace<V> {
         let simd = self.simd;
         let columns = self.columns + simd.splat(column as f32);
         let one = simd.splat(1.0);
         let Some(level) = self.levels.get(row - self.first) else {
             let look = self.upright.look(simd, columns, row as f32 + 0.5);
             let square = look.across.mul_add(look.across, look.tangent.mul_add(look.tangent, one));
-            return Place { plane: look.plane, row: look.row, square, level: None };
+            return UprightPlace { plane: look.plane, row: look.row, square, level: None };
         };
 
         let across = columns.mul_add(simd.splat(level.across[0]), simd.splat(level.across[1]));
@@ -98,12 +98,12 @@ impl<V: Simd> LookUp<V> for UprightFan<'_, V> {
             (group as usize * rows + row as usize, index)
         });
 
-        Place { plane, row: simd.splat(row as f32), square, level }
+        UprightPlace { plane, row: simd.splat(row as f32), square, level }
     }
 
     /// Linear between the planes, or cubic between planes and rows of a rolled screen.
     #[inline(always)]
-    fn light(&self, place: &Place<V>) -> [V::F; 3] {
+    fn light(&self, place: &UprightPlace<V>) -> [V::F; 3] {
         let simd = self.simd;
         let left = place.plane.floor();
         let share = place.plane - left;
@@ -143,7 +143,7 @@ impl<V: Simd> LookUp<V> for UprightFan<'_, V> {
     }
 
     #[inline(always)]
-    fn range(&self, place: &Place<V>) -> (V::F, V::M) {
+    fn range(&self, place: &UprightPlace<V>) -> (V::F, V::M) {
         let simd = self.simd;
         let (left, below) = (place.plane.floor(), place.row.floor());
         let (share, rise) = (place.plane - left, place.row - below);

@@ -20,9 +20,9 @@ use glam::DVec3;
 
 use self::needs::{Need, Needs, What};
 use self::ring::{Ring, Rings, Sides, Wedge, edges_after};
-use self::surface::{Surface, range_on_page};
+use self::surface::{CoarseSurface, range_on_page};
 use super::march::MOST_VOXELS;
-use super::{Field, PlaneGroup, Strides};
+use super::{MarchField, PlaneGroup, Strides};
 use crate::voxel::{Grid, HeightCode, PageNeeds, PageSource};
 use hedgehop_base::error::Result;
 
@@ -36,7 +36,7 @@ const MARGINS: [f64; 2] = [5.0, 2.0];
 const SURE: f64 = 9.0;
 
 /// Collects parts of pages that planes may touch.
-pub struct Footprint<'a> {
+pub struct PageFootprint<'a> {
     /// Sides of voxels, by level.
     sides: Vec<Sides>,
     heights: HeightCode,
@@ -47,7 +47,7 @@ pub struct Footprint<'a> {
     ceiling: f64,
     /// Every ray that goes down meets the surface: no voxel of the area is empty.
     is_opaque: bool,
-    surface: Surface<'a>,
+    surface: CoarseSurface<'a>,
     needs: Needs<'a>,
 }
 
@@ -69,7 +69,7 @@ struct Sight {
     is_likely: bool,
 }
 
-impl<'a> Footprint<'a> {
+impl<'a> PageFootprint<'a> {
     /// Builds the footprint of planes over `source` that read lines as far apart as `strides` says, and see bare ground up to a ground distance, metres.
     pub fn new(source: &'a dyn PageSource, strides: Strides, bare_until: f64) -> Self {
         let header = source.header();
@@ -80,7 +80,7 @@ impl<'a> Footprint<'a> {
             bare_until,
             ceiling: header.height_range.1 + header.heights.scale,
             is_opaque: header.metadata.empty_share == 0.0,
-            surface: Surface::new(source),
+            surface: CoarseSurface::new(source),
             needs: Needs::new(source),
         }
     }
@@ -89,8 +89,8 @@ impl<'a> Footprint<'a> {
     ///
     /// # Errors
     /// A page with bounds that is damaged.
-    pub fn add(&mut self, eye: DVec3, groups: &[(PlaneGroup, Field)]) -> Result<()> {
-        let is_same = |a: &(PlaneGroup, Field), b: &(PlaneGroup, Field)| {
+    pub fn add(&mut self, eye: DVec3, groups: &[(PlaneGroup, MarchField)]) -> Result<()> {
+        let is_same = |a: &(PlaneGroup, MarchField), b: &(PlaneGroup, MarchField)| {
             a.0.major == b.0.major && a.0.forward == b.0.forward
         };
         for side in groups.chunk_by(is_same) {

@@ -15,7 +15,7 @@ pub(super) struct Needs<'a> {
     source: &'a dyn PageSource,
     level_count: u8,
     /// Parts that are needed, and where first; heights stand for all posts.
-    parts: HashMap<PagePart, Place>,
+    parts: HashMap<PagePart, FirstNeed>,
     /// Need of this wedge that was noted last, by level, of each kind.
     noted: Vec<[Option<Noted>; What::COUNT]>,
     /// Wedges before this one.
@@ -24,7 +24,7 @@ pub(super) struct Needs<'a> {
 
 /// First place at which a part of a page is needed.
 #[derive(Debug, Clone, Copy)]
-struct Place {
+struct FirstNeed {
     /// Likely nothing of it is touched.
     is_doubtful: bool,
     /// Wedge that needs it.
@@ -121,7 +121,8 @@ impl<'a> Needs<'a> {
         let units = margins.map(|voxels| own.units(voxels));
         let pages =
             wedge.voxels(eye, own, [from, to], units).map(|range| range.map(|voxel| voxel / PAGE_SIDE));
-        let place = Place { is_doubtful: !is_likely, wedge: self.wedges, distance: from * wedge.ground[0] };
+        let place =
+            FirstNeed { is_doubtful: !is_likely, wedge: self.wedges, distance: from * wedge.ground[0] };
         let [x, y] = pages;
         let mut is_whole = true;
 

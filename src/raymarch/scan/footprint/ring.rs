@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::super::{Field, PlaneGroup, Strides};
+use super::super::{MarchField, PlaneGroup, Strides};
 use crate::simd::LANES;
 use crate::voxel::Grid;
 
@@ -78,7 +78,7 @@ pub(super) fn edges_after(eye: f64, forward: f64, side: f64, distance: f64) -> i
 
 impl Wedge {
     /// `ceiling`: height of the highest surface, metres above the eye.
-    pub fn new(groups: &[(PlaneGroup, Field)], ceiling: f64) -> Self {
+    pub fn new(groups: &[(PlaneGroup, MarchField)], ceiling: f64) -> Self {
         let extremes = |values: &mut dyn Iterator<Item = f64>| {
             values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
                 [low.min(value), high.max(value)]

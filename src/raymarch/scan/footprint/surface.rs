@@ -4,17 +4,17 @@ use crate::voxel::{BoundsView, PAGE_SIDE, PageId, PageSource, RADIX};
 use hedgehop_base::error::Result;
 
 /// Looks bounds up.
-pub(super) struct Surface<'a> {
+pub(super) struct CoarseSurface<'a> {
     source: &'a dyn PageSource,
     level_count: u8,
     /// Pages whose bounds were looked at last, by level, and which of four neighbours it is.
-    known: Vec<[Option<Known<'a>>; 4]>,
+    known: Vec<[Option<KnownHeights<'a>>; 4]>,
 }
 
 /// A page and its bounds, if it is there.
-type Known<'a> = (PageId, Option<BoundsView<'a>>);
+type KnownHeights<'a> = (PageId, Option<BoundsView<'a>>);
 
-impl<'a> Surface<'a> {
+impl<'a> CoarseSurface<'a> {
     pub fn new(source: &'a dyn PageSource) -> Self {
         let level_count = source.header().level_count;
         Self { source, level_count, known: vec![[None; 4]; usize::from(level_count)] }

@@ -16,7 +16,7 @@ pub type Strip = [[f32; LANES]; 3];
 
 /// A cone that holds the directions of some pixels.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Cell {
+pub struct DirectionCell {
     /// Unit vector.
     pub axis: DVec3,
     /// Angle between it and the outermost direction, radians.
@@ -30,7 +30,7 @@ pub struct Directions {
     /// `[strip][row]`, strips of sixteen columns: in the order in which the image stage reads them.
     table: Vec<Strip>,
     /// `[strips][rows]` of [`CELL_STRIPS`] and [`CELL_ROWS`]; `None` where no pixel has a ray.
-    cells: Vec<Option<Cell>>,
+    cells: Vec<Option<DirectionCell>>,
 }
 
 /// Some strips that are to be filled.
@@ -38,7 +38,7 @@ pub struct Part<'d> {
     /// First column.
     first: usize,
     table: &'d mut [Strip],
-    cells: &'d mut [Option<Cell>],
+    cells: &'d mut [Option<DirectionCell>],
 }
 
 impl Directions {
@@ -70,7 +70,7 @@ impl Directions {
     }
 
     /// Cones that hold all directions.
-    pub fn cells(&self) -> impl Iterator<Item = Cell> {
+    pub fn cells(&self) -> impl Iterator<Item = DirectionCell> {
         self.cells.iter().copied().flatten()
     }
 
@@ -110,7 +110,7 @@ impl Part<'_> {
 }
 
 /// The cone around some directions.
-fn cone<'d, I: Iterator<Item = &'d Strip>>(strips: impl Fn() -> I) -> Option<Cell> {
+fn cone<'d, I: Iterator<Item = &'d Strip>>(strips: impl Fn() -> I) -> Option<DirectionCell> {
     let directions = || {
         strips()
             .flat_map(|strip| (0..LANES).map(|lane| strip.map(|axis| f64::from(axis[lane]))))
@@ -120,5 +120,5 @@ fn cone<'d, I: Iterator<Item = &'d Strip>>(strips: impl Fn() -> I) -> Option<Cel
     let first = directions().next()?;
     let axis = directions().sum::<DVec3>().try_normalize().unwrap_or(first);
     let farthest = directions().map(|direction| direction.distance(axis)).fold(0.0, f64::max);
-    Some(Cell { axis, radius: 2.0 * (0.5 * farthest).min(1.0).asin() })
+    Some(DirectionCell { axis, radius: 2.0 * (0.5 * farthest).min(1.0).asin() })
 }

@@ -28,7 +28,7 @@ use std::sync::Arc;
 use glam::{DMat3, DVec2, DVec3};
 
 pub use annulus::{Annulus, Between};
-use directions::Cell;
+use directions::DirectionCell;
 pub use directions::Directions;
 
 use super::PlaneGroup;
@@ -306,7 +306,7 @@ fn fine_angle(camera: &Camera) -> f64 {
 
 /// Marks what the pixels need.
 fn mark(annuli: &mut [Annulus], directions: &Directions, turn: &DMat3, [step, rows]: [f64; 2]) {
-    for Cell { axis, radius } in directions.cells() {
+    for DirectionCell { axis, radius } in directions.cells() {
         let axis = *turn * axis;
         let elevation = axis.z.atan2(axis.truncate().length());
         let middle = 0.5 * (rows - 1.0);

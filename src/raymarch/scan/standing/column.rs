@@ -20,7 +20,7 @@ const WORD: usize = u64::BITS as usize;
 
 /// Light of spans in sixteen rows, one above the other: shares, as yet without the air before it.
 #[derive(Debug, Clone, Copy)]
-struct Rows {
+struct SpanRows {
     /// Parts of each row that opaque matter covers, bits 0 (lowest) to 7.
     covered: [i32; LANES],
     /// Share of light that comes through what is semitransparent.
@@ -44,7 +44,7 @@ struct Middles {
     tilts: [Sixteen; 2],
 }
 
-impl Rows {
+impl SpanRows {
     const EMPTY: Self = Self {
         covered: [0; LANES],
         left: Sixteen([1.0; LANES]),
@@ -69,7 +69,7 @@ const ELEMENTS: usize = 8;
 
 /// Coverage of rows of sixteen planes by spans.
 #[derive(Debug, Clone, Default)]
-pub struct Cover {
+pub struct SpanCoverage {
     rows: Vec<[Sixteen; ELEMENTS]>,
     /// Rows of which some plane shows something, first and one beyond the last.
     extent: [usize; 2],
@@ -81,7 +81,7 @@ pub(super) struct Fill {
     /// Haze of the span that lets light through; `None`: it hides all.
     pub haze: Option<Haze>,
     /// Inverse depth, 1/metres, and by how much it rises to the next plane.
-    pub inverse: Line,
+    pub inverse: LinearTerm,
     pub across: f32,
     /// Least and greatest value of the first: at the plane's exit from the visible part, and at the front of that.
     pub bounds: [f32; 2],
@@ -91,13 +91,13 @@ pub(super) struct Fill {
 
 /// Quantity that is linear in the tangent of elevation.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Line {
+pub(super) struct LinearTerm {
     tangent: f32,
     value: f32,
     slope: f32,
 }
 
-impl Line {
+impl LinearTerm {
     /// The same everywhere.
     #[inline(always)]
     pub fn level(value: f32) -> Self {
@@ -127,12 +127,12 @@ pub(super) struct Haze {
     /// Tangents between which it is seen.
     pub tangents: [f32; 2],
     /// Ends of that way.
-    pub passage: Passage,
+    pub passage: PlanePassage,
 }
 
 /// The ends of a span where a plane enters its voxel and where it leaves it, as tangents.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Passage {
+pub(super) struct PlanePassage {
     /// Inverse depths there, 1/metres.
     pub inverse: [f32; 2],
     pub top: [f32; 2],
@@ -152,7 +152,7 @@ impl Haze {
     }
 }
 
-impl Passage {
+impl PlanePassage {
     /// Shares of the way through the voxel that rays of these tangents are within the span: ends are lines between the sides.
     #[inline(always)]
     fn share<V: Simd>(&self, simd: V, tangents: V::F) -> V::F {
@@ -189,10 +189,10 @@ impl Passage {
 
 /// The rows of one plane.
 #[derive(Debug, Default)]
-pub(super) struct Column {
+pub(super) struct FreeRows {
     /// Number of rows.
     count: usize,
-    rows: Vec<Rows>,
+    rows: Vec<SpanRows>,
     /// Nothing unless it is of interest how far away things are.
     middles: Vec<Middles>,
     /// Bits of rows that are hidden all over, and how many are not.
@@ -204,14 +204,14 @@ pub(super) struct Column {
     extent: [usize; 2],
 }
 
-impl Cover {
+impl SpanCoverage {
     /// Empties it.
     pub(super) fn clear(&mut self) {
         self.extent = [usize::MAX, 0];
     }
 
     /// Takes what was seen in the rows of sixteen planes: row by row, so that each is written at once.
-    pub(super) fn take(&mut self, columns: &[Column; LANES]) {
+    pub(super) fn take(&mut self, columns: &[FreeRows; LANES]) {
         let first = columns.iter().map(|column| column.extent[0]).min().unwrap_or(usize::MAX);
         let end = columns.iter().map(|column| column.extent[1]).max().unwrap_or(0);
         self.extent = [first, end];
@@ -221,7 +221,7 @@ impl Cover {
         for sixteen in first.min(end) / LANES..end.div_ceil(LANES) {
             let rows = self.rows[sixteen * LANES..].chunks_mut(LANES).next().unwrap_or_default();
             for (lane, column) in columns.iter().enumerate() {
-                let Rows { light: [red, green, blue], share, inverse, .. } = &column.rows[sixteen];
+                let SpanRows { light: [red, green, blue], share, inverse, .. } = &column.rows[sixteen];
                 put(rows, lane, 0, [red, green, blue, share, inverse]);
                 if let Some(Middles { inverse, tilts: [across, along], .. }) = column.middles.get(sixteen) {
                     put(rows, lane, 5, [inverse, across, along]);
@@ -249,15 +249,15 @@ fn put<const N: usize>(rows: &mut [[Sixteen; ELEMENTS]], lane: usize, first: usi
     }
 }
 
-impl Column {
+impl FreeRows {
     /// Empties it for so many rows.
     pub fn begin(&mut self, count: usize, has_depths: bool) {
         // Beyond its extent all rows are as they were.
         let [first, end] = self.extent;
         let used = first.min(end) / LANES..end.div_ceil(LANES);
         let sixteens = count.div_ceil(LANES);
-        self.rows[used.clone()].fill(Rows::EMPTY);
-        self.rows.resize(sixteens, Rows::EMPTY);
+        self.rows[used.clone()].fill(SpanRows::EMPTY);
+        self.rows.resize(sixteens, SpanRows::EMPTY);
         if let Some(middles) = self.middles.get_mut(used) {
             middles.fill(Middles::EMPTY);
         }

@@ -1,11 +1,11 @@
 //! The ground's crest along one plane.
 
 use crate::raymarch::scan::Profile;
-use crate::raymarch::scan::profile::{NO_SLOPE, Sight};
+use crate::raymarch::scan::profile::{NO_SLOPE, VisibleSegment};
 
 /// Goes along a profile: up to which tangent the ground nearer than some distance hides what is behind.
 pub(super) struct Crest<'p> {
-    sights: &'p [Sight],
+    sights: &'p [VisibleSegment],
     lane: usize,
     /// The first sight that is not nearer.
     next: usize,
@@ -58,7 +58,7 @@ impl<'p> Crest<'p> {
     fn reached(&self, next: usize, crest: f32, inverse: f32) -> f32 {
         let lane = self.lane;
         // On the stretch to the next one inverse depth is linear in the tangent.
-        let Some(ahead) = self.sights.get(next).filter(|sight| !sight.mark.begins) else {
+        let Some(ahead) = self.sights.get(next).filter(|sight| !sight.line.begins) else {
             return crest;
         };
         let Some(behind) = next.checked_sub(1).map(|index| &self.sights[index]) else {

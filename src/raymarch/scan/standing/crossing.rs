@@ -1,8 +1,8 @@
 //! Spans of a voxel, where a plane crosses them.
 
-use super::column::{Column, Fill, Haze, Line, Passage};
+use super::column::{Fill, FreeRows, Haze, LinearTerm, PlanePassage};
 use super::crest::Crest;
-use super::{Facet, FacetLight, Ladder, Metric};
+use super::{FaceDirection, FacetLight, Metric, RowTable};
 use crate::simd::{Simd, Sixteen};
 use crate::voxel::{Cut, PageId, Span};
 
@@ -22,9 +22,9 @@ pub(super) struct Crossing<'c, 'f, L, V> {
     /// Column and row on the page.
     pub voxel: [u32; 2],
     pub metric: &'c Metric,
-    pub column: &'c mut Column,
+    pub column: &'c mut FreeRows,
     pub light: &'c mut L,
-    pub ladder: &'f Ladder,
+    pub ladder: &'f RowTable,
     /// Index of the first row.
     pub first: f32,
     /// Tangents of the middles of rows from there on.
@@ -167,7 +167,7 @@ impl<L: FacetLight, V: Simd> Crossing<'_, '_, L, V> {
         let depth = inverse.map(|inverse| 1.0 / inverse);
         let has_depths = self.column.has_depths();
         let turning = if has_depths { self.turning(wall, cut[0], at[0], depth[0]) } else { 0.0 };
-        let front = (Line::level(inverse[0]), inverse[0] * turning);
+        let front = (LinearTerm::level(inverse[0]), inverse[0] * turning);
 
         let along = |height: f32, slope: [f32; 2], rise: [f32; 2], far: f32, is_seen: bool| {
             let at_eye = height + (rise[0] * depth[1] - rise[1] * depth[0]) / (depth[1] - depth[0]);
@@ -175,13 +175,13 @@ impl<L: FacetLight, V: Simd> Crossing<'_, '_, L, V> {
                 return front;
             }
             let across = if has_depths { -dot(slope, self.beside) * spacing / at_eye } else { 0.0 };
-            (Line::new(far, inverse[1], 1.0 / at_eye), across)
+            (LinearTerm::new(far, inverse[1], 1.0 / at_eye), across)
         };
 
         let low_slope = if span.is(Span::PARALLEL) { slope } else { [0.0; 2] };
         let bounds = [inverse[1], inverse[0]];
         let bottom = lows.unwrap_or([f32::NEG_INFINITY; 2]);
-        let passage = Passage { inverse, top: [top_near, top_far], bottom };
+        let passage = PlanePassage { inverse, top: [top_near, top_far], bottom };
         let opacity = span.state & Span::OPACITY;
         let mut known = (highest, high_row);
 
@@ -201,8 +201,10 @@ impl<L: FacetLight, V: Simd> Crossing<'_, '_, L, V> {
 
             let (facet, (inverse, across)) = match face {
                 0 => (facet, front),
-                1 => (Facet::Top(span.slope), along(top, slope, rise, top_far, is_top_seen)),
-                _ => (Facet::Bottom, along(low_end, low_slope, low_rise, low_far, low_far < low_near)),
+                1 => (FaceDirection::Top(span.slope), along(top, slope, rise, top_far, is_top_seen)),
+                _ => {
+                    (FaceDirection::Bottom, along(low_end, low_slope, low_rise, low_far, low_far < low_near))
+                }
             };
             let light = self.light.light(self.page, self.voxel, span, facet);
 
@@ -282,19 +284,19 @@ impl<L: FacetLight, V: Simd> Crossing<'_, '_, L, V> {
     /// Returns the orientation of a span's front that begins at a share of the way, `at` from the voxel's centre, and how much of it below its upper rim is
     /// lit as the upper end, sides of a voxel. `wall` is the nearest one.
     #[inline(always)]
-    fn front(&self, span: &Span, wall: Option<Wall>, share: f32, at: [f32; 2]) -> (Facet, f32) {
+    fn front(&self, span: &Span, wall: Option<Wall>, share: f32, at: [f32; 2]) -> (FaceDirection, f32) {
         if let Some(wall) = wall
             && share > 0.0
         {
-            return (Facet::Side(wall.facing), if wall.is_joint { SEAM } else { 0.0 });
+            return (FaceDirection::Side(wall.facing), if wall.is_joint { SEAM } else { 0.0 });
         }
         if span.cuts[0].is_round() {
-            return (Facet::Side(span.cuts[0].facing), SEAM);
+            return (FaceDirection::Side(span.cuts[0].facing), SEAM);
         }
         if let Some(wall) = wall
             && wall.before < SEAM
         {
-            return (Facet::Side(wall.facing), SEAM);
+            return (FaceDirection::Side(wall.facing), SEAM);
         }
 
         // Of the voxel's sides the one that the plane enters through.
@@ -306,7 +308,7 @@ impl<L: FacetLight, V: Simd> Crossing<'_, '_, L, V> {
             192
         };
 
-        (Facet::Side(facing), SEAM)
+        (FaceDirection::Side(facing), SEAM)
     }
 }
 

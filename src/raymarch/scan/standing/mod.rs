@@ -31,13 +31,13 @@ mod tests;
 
 use glam::DVec3;
 
-use self::column::Column;
-pub use self::column::Cover;
+use self::column::FreeRows;
+pub use self::column::SpanCoverage;
 use self::crest::Crest;
 use self::crossing::Crossing;
-use self::voxels::{Course, Passed, Veil};
-use self::walk::{Step, Walk};
-use super::{Field, Ladder, PlaneGroup, Profile};
+use self::voxels::{Passed, PlaneCourse, VoxelVeil};
+use self::walk::{VoxelStep, Walk};
+use super::{MarchField, PlaneGroup, Profile, RowTable};
 use crate::raymarch::blocks::{Blocks, corner_on_page};
 use crate::simd::{Isa, Kernel, LANES, Simd, Sixteen};
 use crate::voxel::{BLOCK_SIDE, Cut, Grid, HeightCode, PageId, PageSource, Span, SpanBlock, SpansView};
@@ -48,7 +48,7 @@ const LEAST_DISTANCE: f64 = 1.0e-6;
 
 /// Orientation of a face.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Facet {
+pub enum FaceDirection {
     /// A wall that looks in a direction, 256ths of a turn counter-clockwise from east.
     Side(u8),
     /// An upper end of some slope, as [`Span::slope`].
@@ -60,12 +60,12 @@ pub enum Facet {
 /// Finds the light of faces.
 pub trait FacetLight {
     /// Radiance of a face of a span in a voxel (x, y of the page of bare ground), linear Rec. 709.
-    fn light(&mut self, page: PageId, voxel: [u32; 2], span: &Span, facet: Facet) -> [f32; 3];
+    fn light(&mut self, page: PageId, voxel: [u32; 2], span: &Span, facet: FaceDirection) -> [f32; 3];
 }
 
 /// The planes to follow, and what is known of them.
 #[derive(Clone, Copy)]
-pub struct Standing<'f> {
+pub struct SpanScan<'f> {
     /// The eye: units, units, metres.
     pub eye: DVec3,
     /// The planes.
@@ -75,9 +75,9 @@ pub struct Standing<'f> {
     /// Major distance up to which that is bare, units.
     pub until: f64,
     /// Tangents that are of interest.
-    pub field: Field,
+    pub field: MarchField,
     /// Rows, and which of them are filled.
-    pub ladder: &'f Ladder,
+    pub ladder: &'f RowTable,
     /// Index of the first one.
     pub first: usize,
     /// Number of rows.
@@ -87,7 +87,7 @@ pub struct Standing<'f> {
 }
 
 /// Follows planes through what stands in one database.
-pub struct StandingMarch<'a> {
+pub struct SpanMarch<'a> {
     grid: Grid,
     metric: Metric,
     blocks: Blocks<'a, dyn PageSource + 'a>,
@@ -95,7 +95,7 @@ pub struct StandingMarch<'a> {
     /// Tangents of the middles of rows.
     centres: Vec<Sixteen>,
     /// One for each plane of a group.
-    columns: Box<[Column; LANES]>,
+    columns: Box<[FreeRows; LANES]>,
 }
 
 /// Metric values of the spans' steps.
@@ -113,8 +113,8 @@ struct Metric {
 
 /// One plane on its way.
 struct Plane<'f, 'a, L> {
-    march: &'f mut StandingMarch<'a>,
-    standing: Standing<'f>,
+    march: &'f mut SpanMarch<'a>,
+    standing: SpanScan<'f>,
     light: &'f mut L,
     lane: usize,
     /// Metres of depth per unit of major distance.
@@ -123,7 +123,7 @@ struct Plane<'f, 'a, L> {
     ground: f32,
     /// Units eastward and northward per unit of major distance.
     way: [f64; 2],
-    course: Course,
+    course: PlaneCourse,
     /// Change of units per metre of depth to the next plane.
     beside: [f32; 2],
     crest: Crest<'f>,
@@ -132,7 +132,7 @@ struct Plane<'f, 'a, L> {
     hidden: f32,
 }
 
-impl<'a> StandingMarch<'a> {
+impl<'a> SpanMarch<'a> {
     /// Over `source`.
     pub fn new(source: &'a dyn PageSource) -> Self {
         let header = source.header();
@@ -161,9 +161,9 @@ impl<'a> StandingMarch<'a> {
     pub fn see(
         &mut self,
         isa: Isa,
-        standing: &Standing<'_>,
+        standing: &SpanScan<'_>,
         light: &mut impl FacetLight,
-        cover: &mut Cover,
+        cover: &mut SpanCoverage,
     ) -> Result<()> {
         cover.clear();
         if standing.until <= 0.0 {
@@ -183,8 +183,8 @@ impl<'a> StandingMarch<'a> {
 
 /// All planes of a group, one after the other.
 struct Following<'f, 'a, L> {
-    march: &'f mut StandingMarch<'a>,
-    standing: &'f Standing<'f>,
+    march: &'f mut SpanMarch<'a>,
+    standing: &'f SpanScan<'f>,
     light: &'f mut L,
 }
 
@@ -206,7 +206,10 @@ impl<L: FacetLight> Kernel for Following<'_, '_, L> {
                 depth: f64::from(group.depth[lane]),
                 ground: (way[0].hypot(way[1])) as f32,
                 way,
-                course: Course::new([standing.eye.truncate().to_array(), way], f64::from(group.depth[lane])),
+                course: PlaneCourse::new(
+                    [standing.eye.truncate().to_array(), way],
+                    f64::from(group.depth[lane]),
+                ),
                 beside: group.beside(lane),
                 crest: Crest::new(standing.profile, lane, standing.field.tangents[0]),
                 floor: standing.field.tangents[0],
@@ -221,13 +224,13 @@ impl<L: FacetLight> Kernel for Following<'_, '_, L> {
 
 impl<L: FacetLight> Plane<'_, '_, L> {
     #[inline(always)]
-    fn column(&mut self) -> &mut Column {
+    fn column(&mut self) -> &mut FreeRows {
         &mut self.march.columns[self.lane]
     }
 
     #[inline(always)]
     fn follow<V: Simd>(mut self, simd: V) -> Result<()> {
-        let Standing { eye, group, until, .. } = self.standing;
+        let SpanScan { eye, group, until, .. } = self.standing;
         let [enter, leave] = group.over.map(|over| f64::from(over[self.lane]));
         let (from, to) = (enter.max(LEAST_DISTANCE), leave.min(until));
         let size = [self.march.grid.nx, self.march.grid.ny].map(|side| i64::from(side) - 1);
@@ -261,7 +264,7 @@ impl<L: FacetLight> Plane<'_, '_, L> {
 
     /// Whether all that stands in a block lies below what hides it, or above what is looked at.
     #[inline(always)]
-    fn is_hidden(&mut self, spans: &SpanBlock, block: &Step) -> bool {
+    fn is_hidden(&mut self, spans: &SpanBlock, block: &VoxelStep) -> bool {
         let tangents = |code: u16| {
             [block.enter, block.leave].map(|at| (self.height(code, at) / (self.depth * at)) as f32)
         };
@@ -283,7 +286,7 @@ impl<L: FacetLight> Plane<'_, '_, L> {
     /// Finds below which tangent all is hidden, behind ground with this crest.
     #[inline(always)]
     fn raise_floor(&mut self, crest: f32) {
-        let Standing { ladder, first, .. } = self.standing;
+        let SpanScan { ladder, first, .. } = self.standing;
         if crest > self.floor {
             self.hidden = self.hidden.max(ladder.rows_below(crest) - first as f32);
         }
@@ -296,17 +299,17 @@ impl<L: FacetLight> Plane<'_, '_, L> {
 
     /// Looks at the voxels of a block.
     #[inline(always)]
-    fn cross_block<V: Simd>(&mut self, simd: V, (page, view): (PageId, &SpansView<'_>), block: &Step) {
-        let Standing { eye, ladder, first, .. } = self.standing;
+    fn cross_block<V: Simd>(&mut self, simd: V, (page, view): (PageId, &SpansView<'_>), block: &VoxelStep) {
+        let SpanScan { eye, ladder, first, .. } = self.standing;
         let (depth, lane) = (self.depth, self.lane);
         let drop = f64::from(self.standing.group.drop[lane]);
-        let StandingMarch { blocks, metric, columns, passed, centres, .. } = &mut *self.march;
+        let SpanMarch { blocks, metric, columns, passed, centres, .. } = &mut *self.march;
         let (corner, stands) = (corner_on_page(block.cell), blocks.get(block.cell, view));
         let datum = metric.code.offset - eye.z;
         let above = |from: f64, to: f64| datum - drop * (0.5 * (from + to)).powi(2);
 
         // What does not rise above a code that is linear in the major distance is hidden: `height · inverse depth ≤ floor`.
-        let veil = Veil {
+        let veil = VoxelVeil {
             base: -above(block.enter, block.leave) / metric.code.scale,
             per_unit: f64::from(self.floor) * depth / metric.code.scale,
         };

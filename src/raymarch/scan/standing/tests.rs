@@ -4,18 +4,18 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::select;
 
-use super::column::{Column, Cover, Fill, Haze, Line, Passage};
-use super::voxels::{Course, Passed, PassedVoxel, Veil};
-use super::walk::{Step, Walk};
+use super::column::{Fill, FreeRows, Haze, LinearTerm, PlanePassage, SpanCoverage};
+use super::voxels::{Passed, PassedVoxel, PlaneCourse, VoxelVeil};
+use super::walk::{VoxelStep, Walk};
 use crate::simd::{Isa, Kernel, LANES, Simd, Sixteen};
 use crate::voxel::BLOCK_SIDE;
 
 struct Pass<'a> {
-    course: Course,
+    course: PlaneCourse,
     corner: [i64; 2],
     tops: &'a [f32; 64],
     ends: [f64; 2],
-    veil: Veil,
+    veil: VoxelVeil,
     passed: &'a mut Passed,
 }
 
@@ -35,7 +35,7 @@ struct Scene {
     way: [f64; 2],
     depth: f64,
     tops: [f32; 64],
-    veil: Veil,
+    veil: VoxelVeil,
 }
 
 fn scenes() -> impl Strategy<Value = Scene> {
@@ -52,7 +52,7 @@ fn scenes() -> impl Strategy<Value = Scene> {
             way: if is_along_x { [major, minor] } else { [minor, major] },
             depth,
             tops: tops.try_into().unwrap_or([0.0; 64]),
-            veil: Veil { base: veil.0, per_unit: veil.1 },
+            veil: VoxelVeil { base: veil.0, per_unit: veil.1 },
         }
     })
 }
@@ -76,7 +76,7 @@ proptest! {
 
 fn passes_as_voxel_by_voxel(scene: &Scene) {
     let Scene { eye, way, depth, tops, veil } = *scene;
-    let course = Course::new([eye, way], depth);
+    let course = PlaneCourse::new([eye, way], depth);
     for block in Walk::new(eye, way, f64::from(BLOCK_SIDE), [[0, 1 << 20]; 2], [1.0e-6, 60.0]) {
         let ends = [block.enter, block.leave];
         let corner = block.cell.map(|cell| cell * i64::from(BLOCK_SIDE));
@@ -98,7 +98,7 @@ fn passes_as_voxel_by_voxel(scene: &Scene) {
 
 impl Scene {
     /// Whether what was found of a voxel with a height code is right: that it is passed over, or where it is entered and left.
-    fn is_as(&self, step: &Step, top: f32, found: Option<PassedVoxel>) -> bool {
+    fn is_as(&self, step: &VoxelStep, top: f32, found: Option<PassedVoxel>) -> bool {
         let [along, across] = self.way.map(f64::abs);
         let climb = along.min(across) / along.max(across);
 
@@ -190,7 +190,7 @@ impl Row {
 }
 
 struct Fills<'a> {
-    column: &'a mut Column,
+    column: &'a mut FreeRows,
     fillings: &'a [Filling],
     centres: &'a [Sixteen],
 }
@@ -202,12 +202,12 @@ impl Kernel for Fills<'_> {
     fn run<V: Simd>(self, simd: V) {
         for &Filling { places, light, inverse, opacity } in self.fillings {
             let passage =
-                Passage { inverse: [1.0; 2], top: [f32::INFINITY; 2], bottom: [f32::NEG_INFINITY; 2] };
+                PlanePassage { inverse: [1.0; 2], top: [f32::INFINITY; 2], bottom: [f32::NEG_INFINITY; 2] };
             let clearness = (1.0 - opacity).log2();
             let haze = Haze { clearness, level: 0.0, tangents: [-1.0, 1.0], passage };
             let fill = Fill {
                 haze: (opacity < 1.0).then_some(haze),
-                inverse: Line::level(inverse),
+                inverse: LinearTerm::level(inverse),
                 across: 3.0,
                 bounds: [inverse; 2],
                 front: 2.0,
@@ -241,13 +241,13 @@ fn fills_as_one_by_one(count: usize, has_depths: bool, fillings: &[Filling]) {
 
     let centres = vec![Sixteen::default(); count.div_ceil(LANES)];
     for isa in Isa::available() {
-        let mut columns: [Column; LANES] = Default::default();
+        let mut columns: [FreeRows; LANES] = Default::default();
         for column in &mut columns {
             column.begin(count, has_depths);
             isa.run(Fills { column, fillings, centres: &centres });
         }
 
-        let mut cover = Cover::default();
+        let mut cover = SpanCoverage::default();
         cover.clear();
         cover.take(&columns);
         let mut seen = vec![[0.0; 6]; count];

@@ -30,7 +30,7 @@ const FAR: f32 = 1.0e9;
 
 /// Course of a plane through blocks.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Course {
+pub(super) struct PlaneCourse {
     eye: [f64; 2],
     way: [f64; 2],
     /// Metres of depth per unit of major distance.
@@ -48,7 +48,7 @@ pub(super) struct Course {
 
 /// Height codes below which all is hidden, linear in the major distance.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Veil {
+pub(super) struct VoxelVeil {
     /// At the eye, and for each unit of the distance.
     pub base: f64,
     pub per_unit: f64,
@@ -80,7 +80,7 @@ pub(super) struct PassedVoxel {
     pub at: [[f32; 2]; 2],
 }
 
-impl Course {
+impl PlaneCourse {
     /// A plane's from `eye` (units), `way` units eastward and northward and `depth` metres per unit of major distance.
     #[inline(always)]
     pub fn new([eye, way]: [[f64; 2]; 2], depth: f64) -> Self {
@@ -107,7 +107,7 @@ impl Course {
         simd: V,
         (corner, tops): ([i64; 2], &[f32; VOXELS]),
         [enter, leave]: [f64; 2],
-        veil: Veil,
+        veil: VoxelVeil,
         passed: &mut Passed,
     ) {
         let [column, second] = [&COLUMNS, &SECOND].map(|lanes| simd.load(lanes));

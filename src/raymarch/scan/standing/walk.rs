@@ -2,7 +2,7 @@
 
 /// One cell on the way, and the major distances between which the plane is in it, units.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Step {
+pub(super) struct VoxelStep {
     pub cell: [i64; 2],
     pub enter: f64,
     pub leave: f64,
@@ -45,10 +45,10 @@ impl Walk {
 }
 
 impl Iterator for Walk {
-    type Item = Step;
+    type Item = VoxelStep;
 
     #[inline(always)]
-    fn next(&mut self) -> Option<Step> {
+    fn next(&mut self) -> Option<VoxelStep> {
         if self.at >= self.end {
             return None;
         }
@@ -65,6 +65,6 @@ impl Iterator for Walk {
             (self.cell[axis] >= first) & (self.cell[axis] <= last)
         });
         self.at = if leave < self.end && !(is_within[0] & is_within[1]) { self.end } else { leave };
-        Some(Step { cell, enter, leave })
+        Some(VoxelStep { cell, enter, leave })
     }
 }

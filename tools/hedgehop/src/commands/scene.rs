@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::Subcommand;
 use hedgehop::memory::PageFile;
 use hedgehop::objects::{Form, Shape};
-use hedgehop::scene::{Anchor, Cover, Layout, Object, Part, PlumeKind, PrecipitationKind, Scene};
+use hedgehop::scene::{Anchor, GroundCover, LampLayout, Object, Part, PlumeKind, PrecipitationKind, Scene};
 use hedgehop::sunlight::{Sun, SunSetting};
 use hedgehop::voxel::PageSource;
 
@@ -132,7 +132,7 @@ fn description(scene: &Scene) -> String {
         let _ = writeln!(text, "  {kind}, {} mm of water an hour", falls.rate);
     }
 
-    let Cover { wet, snow } = scene.weather.ground;
+    let GroundCover { wet, snow } = scene.weather.ground;
     for (share, what) in
         [(wet, "wet"), (snow, "white with snow")].into_iter().filter(|(share, _)| *share > 0.0)
     {
@@ -172,11 +172,11 @@ fn description(scene: &Scene) -> String {
     text
 }
 
-fn lamps(layout: &Layout) -> String {
+fn lamps(layout: &LampLayout) -> String {
     match layout {
-        Layout::Lamps(lamps) if lamps.len() == 1 => "a lamp".to_owned(),
-        Layout::Lamps(lamps) => format!("{} lamps", lamps.len()),
-        Layout::String(_, _, spacing, _) => format!("a string of lamps, {spacing} m apart"),
+        LampLayout::Lamps(lamps) if lamps.len() == 1 => "a lamp".to_owned(),
+        LampLayout::Lamps(lamps) => format!("{} lamps", lamps.len()),
+        LampLayout::String(_, _, spacing, _) => format!("a string of lamps, {spacing} m apart"),
     }
 }
 
