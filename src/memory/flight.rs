@@ -28,7 +28,7 @@ use hedgehop_base::error::{Error, Result};
 pub const LOOKAHEAD: u32 = 30;
 
 /// Pages that a flight's frames need.
-pub trait Foresight: Sync {
+pub trait PagePlan: Sync {
     /// Parts of pages that a frame may touch. Bounds of coarse pages may be read for it.
     ///
     /// # Errors
@@ -114,7 +114,7 @@ impl Flight<'_> {
         self.changed.notify_all();
     }
 
-    fn look_ahead(&self, count: u32, foresight: &dyn Foresight, news: &Receiver<()>) {
+    fn look_ahead(&self, count: u32, foresight: &dyn PagePlan, news: &Receiver<()>) {
         let _end = FlightEnd(self);
         if self.pages.is_whole() {
             return;
@@ -181,7 +181,7 @@ impl ResidentPages {
     pub fn ahead_of<R>(
         &self,
         count: u32,
-        foresight: &dyn Foresight,
+        foresight: &dyn PagePlan,
         fly: impl FnOnce(&Flight<'_>) -> R,
     ) -> Result<R> {
         self.fly_beside(|flight, news| flight.look_ahead(count, foresight, news), fly)

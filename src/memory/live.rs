@@ -16,7 +16,7 @@
 use std::collections::VecDeque;
 use std::sync::atomic::Ordering;
 
-use super::flight::{Flight, Foresight, LOOKAHEAD};
+use super::flight::{Flight, LOOKAHEAD, PagePlan};
 use super::resident::{PresentPages, Purpose};
 use super::sync::{AtomicU32, Receiver};
 use super::{Paging, ResidentPages};
@@ -94,7 +94,7 @@ struct Errand {
 struct Thread<'a> {
     flight: &'a Flight<'a>,
     begun: &'a AtomicU32,
-    foresight: &'a dyn Foresight,
+    foresight: &'a dyn PagePlan,
     agenda: Agenda,
     wanted: VecDeque<PagePart>,
     /// Errands for the next frame, and for one farther ahead.
@@ -162,11 +162,7 @@ impl ResidentPages {
     ///
     /// # Errors
     /// A page of the coarsest level that is damaged; no thread can be started.
-    pub fn live<R>(
-        &self,
-        foresight: &dyn Foresight,
-        fly: impl FnOnce(&LiveFlight<'_, '_>) -> R,
-    ) -> Result<R> {
+    pub fn live<R>(&self, foresight: &dyn PagePlan, fly: impl FnOnce(&LiveFlight<'_, '_>) -> R) -> Result<R> {
         // Nobody renders yet, so nobody misses what is read here.
         self.manage();
         self.bring_coarsest()?;

@@ -32,7 +32,7 @@ mod tally;
 #[cfg(test)]
 mod tests;
 
-pub use flight::{Flight, Foresight, LOOKAHEAD};
+pub use flight::{Flight, LOOKAHEAD, PagePlan};
 pub use guard::guard_mapped_files;
 pub use live::LiveFlight;
 pub use page_file::PageFile;

@@ -10,7 +10,7 @@
 use std::collections::{HashMap, HashSet};
 use std::time::{Duration, Instant};
 
-use super::{Foresight, LOOKAHEAD, PageFile};
+use super::{LOOKAHEAD, PageFile, PagePlan};
 use crate::voxel::{PageId, PagePart};
 use hedgehop_base::error::{Error, Result};
 use hedgehop_base::progress::Observer;
@@ -48,7 +48,7 @@ impl PagePlan {
     pub fn new(
         file: &PageFile,
         count: u32,
-        foresight: &dyn Foresight,
+        foresight: &dyn PagePlan,
         observer: &dyn Observer,
     ) -> Result<Self> {
         observer.begin("plan", u64::from(count), "frames");
@@ -158,7 +158,7 @@ mod tests {
     /// Frames that need these columns of the finest pages.
     struct Columns(Vec<Vec<u32>>);
 
-    impl Foresight for Columns {
+    impl PagePlan for Columns {
         fn needs(&self, frame: u32) -> Result<PageNeeds> {
             let posts = |&px| PagePart::posts(PageId { level: 0, px, py: 0 });
             Ok(self.0[frame as usize].iter().flat_map(posts).collect::<Vec<_>>().into())

@@ -37,7 +37,7 @@ pub use lens::Lens;
 pub use light::{Beam, Below, Cone, Fixture, PointLight};
 pub use mesh::{Mesh, MeshPart};
 pub use model::{Level, Model};
-pub use pixel::{BodyShare, PixelGround, Seen};
+pub use pixel::{BodyLight, BodyShare, PixelGround};
 pub use puff::{Puff, SeenPuff};
 pub use shadow::{Bounds, Caster, Casters, LitPatch};
 pub use shape::Shape;

@@ -37,7 +37,7 @@ pub struct PixelGround {
 
 /// Contribution of bodies to a pixel.
 #[derive(Debug, Clone, Copy)]
-pub struct Seen {
+pub struct BodyLight {
     /// Share of the pixel that they cover, 0…1, more than 0.
     pub share: f32,
     /// Sum of colours times shares.
@@ -79,7 +79,7 @@ impl Square<'_> {
         isa: Isa,
         ground: impl Fn(usize, usize) -> PixelGround,
         shade: impl Fn(&Hit, &Ray) -> Vec3,
-        mut put: impl FnMut(usize, usize, &Seen),
+        mut put: impl FnMut(usize, usize, &BodyLight),
     ) {
         self.each(isa, ground, shade, |row, column, seen, _| put(row, column, seen));
     }
@@ -90,7 +90,7 @@ impl Square<'_> {
         isa: Isa,
         ground: impl Fn(usize, usize) -> PixelGround,
         shade: impl Fn(&Hit, &Ray) -> Vec3,
-        mut put: impl FnMut(usize, usize, &Seen, Option<&Looking<'_>>),
+        mut put: impl FnMut(usize, usize, &BodyLight, Option<&Looking<'_>>),
     ) {
         let mut plot = Plot::new(self, isa, &ground);
         plot.look(&shade, &mut |row, column, seen| put(row, column, seen, None));
@@ -160,7 +160,7 @@ impl<'v> Looking<'v> {
         row: usize,
         ground: impl FnOnce() -> PixelGround,
         shade: impl Fn(&Hit, &Ray) -> Vec3,
-    ) -> Option<Seen> {
+    ) -> Option<BodyLight> {
         self.faces.clear();
         if !self.row.iter().any(|body| body.columns.contains(&column)) {
             return None;
@@ -203,7 +203,7 @@ impl<'v> Looking<'v> {
             if let Some(hit) = centre
                 && corners.iter().all(|corner| corner.is_some_and(|corner| is_one_face(&corner, &hit)))
             {
-                return Some(Seen { share: 1.0, colour: shade(&hit, &lens.ray(&middle)), hit });
+                return Some(BodyLight { share: 1.0, colour: shade(&hit, &lens.ray(&middle)), hit });
             }
             let is_thick = |body: &&PlacedBody| pixels(body, body.thickness) >= THICK;
             if centre.is_none() && corners.iter().all(Option::is_none) && self.near.iter().all(is_thick) {
@@ -213,7 +213,7 @@ impl<'v> Looking<'v> {
 
         let seen = self.shares(place, &ground, shade)?;
         Some(match look(&self.near) {
-            Some(hit) if hit.id == seen.hit.id => Seen { hit, ..seen },
+            Some(hit) if hit.id == seen.hit.id => BodyLight { hit, ..seen },
             _ => seen,
         })
     }
@@ -224,7 +224,7 @@ impl<'v> Looking<'v> {
         middle: DVec2,
         ground: &PixelGround,
         shade: impl Fn(&Hit, &Ray) -> Vec3,
-    ) -> Option<Seen> {
+    ) -> Option<BodyLight> {
         let lens = self.square.lens;
         let pencil = Pencil::new(&lens, middle)?;
         self.aims.clear();
@@ -240,7 +240,7 @@ impl<'v> Looking<'v> {
     }
 
     /// Sums the light of the faces.
-    fn sum(&self, ray: &Ray, shade: impl Fn(&Hit, &Ray) -> Vec3) -> Option<Seen> {
+    fn sum(&self, ray: &Ray, shade: impl Fn(&Hit, &Ray) -> Vec3) -> Option<BodyLight> {
         let each = 1.0 / RAYS as f32;
         let hit = |face: &SeenFace| Hit {
             id: self.near[face.aim].id,
@@ -253,7 +253,7 @@ impl<'v> Looking<'v> {
         let most = self.faces.iter().reduce(|most, face| if face.rays > most.rays { face } else { most })?;
         let normal = most.normal.try_normalize().unwrap_or(Vec3::Z);
         let rays: u32 = self.faces.iter().map(|face| face.rays).sum();
-        Some(Seen { share: rays as f32 * each, colour, hit: Hit { normal, ..hit(most) } })
+        Some(BodyLight { share: rays as f32 * each, colour, hit: Hit { normal, ..hit(most) } })
     }
 
     /// Returns the hits at the corners of a pixel, and their offsets from its middle.

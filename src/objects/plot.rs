@@ -17,7 +17,7 @@ use super::body::{PlacedBody, SeenForm};
 use super::cover::{ALL, Aim, FEW, Grounds, Pencil, PixelMiddles, PixelRays, PixelRow, SeenFace};
 use super::coverage::{Coverage, clip};
 use super::outline::Outline;
-use super::pixel::{PixelGround, Seen};
+use super::pixel::{BodyLight, PixelGround};
 use super::view::{Hit, SQUARE, ShownBody, Square};
 use crate::simd::{Isa, LANES};
 use crate::space::Ray;
@@ -216,7 +216,7 @@ impl<'v> Plot<'v> {
     pub fn look(
         &mut self,
         shade: &impl Fn(&Hit, &Ray) -> Vec3,
-        put: &mut impl FnMut(usize, usize, &Seen),
+        put: &mut impl FnMut(usize, usize, &BodyLight),
     ) -> Option<()> {
         let Square { lens, bodies, columns, rows } = self.square;
         let half = |range: &Range<usize>| 0.5 * range.len() as f32;
@@ -290,7 +290,7 @@ impl<'v> Plot<'v> {
         placed: &PlacedBody,
         middles: &PixelMiddles,
         shade: impl Fn(&Hit) -> Vec3,
-    ) -> Option<Seen> {
+    ) -> Option<BodyLight> {
         let (id, albedo) = (placed.id, placed.albedo);
         let middle = Hit {
             id,
@@ -299,7 +299,7 @@ impl<'v> Plot<'v> {
             albedo,
         };
         if middles.whole >> lane & 1 == 1 {
-            return Some(Seen { share: 1.0, colour: shade(&middle), hit: middle });
+            return Some(BodyLight { share: 1.0, colour: shade(&middle), hit: middle });
         }
         let each = self.faces_of(aim, run, lane);
         let hit = |face: &SeenFace| Hit { id, range: f64::from(face.range), normal: face.normal, albedo };
@@ -308,7 +308,11 @@ impl<'v> Plot<'v> {
         let normal = most.normal.try_normalize().unwrap_or(Vec3::Z);
         let is_in_middle = middles.seen >> lane & 1 == 1;
         let share = self.faces.iter().map(|face| face.rays as f32 * each).sum::<f32>().min(1.0);
-        Some(Seen { share, colour, hit: if is_in_middle { middle } else { Hit { normal, ..hit(most) } } })
+        Some(BodyLight {
+            share,
+            colour,
+            hit: if is_in_middle { middle } else { Hit { normal, ..hit(most) } },
+        })
     }
 
     /// Finds the faces that a pixel with an edge sees before the ground; the share of each of their rays.

@@ -8,7 +8,7 @@ use super::Renderer;
 use super::shadows::{LatestShade, Shadows};
 use crate::frame::stage::Pixels;
 use crate::frame::{Atmosphere, Frame, Picture, Veil};
-use crate::objects::{BodyView, Hit, PixelGround, SQUARE, Seen, Square};
+use crate::objects::{BodyLight, BodyView, Hit, PixelGround, SQUARE, Square};
 use crate::sensor::VisualSensor;
 use crate::simd::Isa;
 use crate::space::Ray;
@@ -173,7 +173,7 @@ pub(super) fn rows_of(picture: &mut Picture) -> impl Iterator<Item = Pixels<'_>>
 }
 
 /// Light of a pixel that bodies cover a share of.
-fn over(seen: &Seen, ground: impl FnOnce() -> Vec3) -> Vec3 {
+fn over(seen: &BodyLight, ground: impl FnOnce() -> Vec3) -> Vec3 {
     if seen.share < 1.0 { ground() * (1.0 - seen.share) + seen.colour } else { seen.colour }
 }
 
@@ -182,7 +182,7 @@ fn each_pixel<'s, S: PageSource>(
     look: &BodyShading<'s, '_, '_, S>,
     shown: &Shown<'_>,
     squares: &[Square<'_>],
-    mut put: impl FnMut(usize, usize, &Seen),
+    mut put: impl FnMut(usize, usize, &BodyLight),
 ) {
     let latest = LatestShade::default();
     for square in squares {

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use glam::DVec3;
 
 use super::fan::{DepthsMut, PlaneImage, first_part};
-use super::standing::{self, Stander};
+use super::standing::{self, SpanRenderer};
 use super::{Account, Rays, Rendered, Renderer, StageTimes, Unserved, level_bands};
 use crate::frame::stage::{
     Air, Band, Cell, Depths, EdgeSums, Painter, Pixels, PlaneLight, PlaneSource, RowFill, Scale,
@@ -256,11 +256,11 @@ struct Task<'f> {
 
 impl<'f> Task<'f> {
     /// Iterates over the task's groups that see something.
-    fn looks(self) -> impl Iterator<Item = Look<'f>> {
+    fn looks(self) -> impl Iterator<Item = GroupLook<'f>> {
         let Self { first, groups, mut cells, mut depths } = self;
         let looks = (first..).zip(groups).map(move |(index, kept)| {
             let (cells, depths) = (first_part(&mut cells, kept.rows), depths.first_part(kept.rows));
-            Look { index, kept, cells, depths, bare_until: 0.0 }
+            GroupLook { index, kept, cells, depths, bare_until: 0.0 }
         });
         looks.filter(|look| !look.kept.filled.is_empty())
     }
@@ -346,7 +346,7 @@ struct Worker<'a> {
 struct Paint<'a> {
     painter: Painter<'a>,
     light: Lent<'a, LightingScratch>,
-    stander: Option<Stander<'a>>,
+    stander: Option<SpanRenderer<'a>>,
 }
 
 /// Scratch of lighting.
@@ -357,7 +357,7 @@ pub struct LightingScratch {
 }
 
 /// A group of planes, and the fan's memory of it.
-struct Look<'f> {
+struct GroupLook<'f> {
     index: usize,
     kept: &'f KeptPlanes,
     cells: &'f mut [Cell],
@@ -369,7 +369,7 @@ struct Look<'f> {
 /// Groups that have marched and cannot be painted yet.
 #[derive(Default)]
 struct Unpainted<'f> {
-    looks: Vec<(Look<'f>, Profile)>,
+    looks: Vec<(GroupLook<'f>, Profile)>,
     /// Pages that must be brought to paint them.
     pages: BTreeSet<PageId>,
 }
@@ -411,7 +411,7 @@ fn see<S: PageSource>(
                     height: above_ground,
                 },
                 light: renderer.shared.lighting.lend(),
-                stander: Stander::new(renderer, view.eye),
+                stander: SpanRenderer::new(renderer, view.eye),
             },
             profile: renderer.shared.profiles.lend(),
         }
@@ -421,10 +421,10 @@ fn see<S: PageSource>(
     // Returns pages that are missing: nothing is painted then.
     let paint = |Paint { painter, light, stander }: &mut Paint<'_>,
                  group: &PlaneGroup,
-                 look: &mut Look<'_>,
+                 look: &mut GroupLook<'_>,
                  profile: &Profile| {
         let LightingScratch { lights, sums } = &mut **light;
-        let Look { index, kept, cells, depths, bare_until } = look;
+        let GroupLook { index, kept, cells, depths, bare_until } = look;
         let squares = view.shape.squares(*index);
         let angle = view.shape.plane_angle(*index, angle);
         painter.air.face(group);

@@ -34,7 +34,7 @@ const CELL: usize = 4;
 const EDGE: f64 = 0.06;
 
 /// The ground of a picture, and its rays.
-struct Lit<'s> {
+struct LitGround<'s> {
     shown: Shown<'s>,
     lens: Lens<'s>,
 }
@@ -50,7 +50,7 @@ struct Aside {
 }
 
 /// A few pixels, and what holds their ground.
-struct Block {
+struct ShadowBlock {
     columns: Range<usize>,
     rows: Range<usize>,
     bounds: Bounds,
@@ -157,9 +157,9 @@ impl Lights {
     }
 }
 
-impl Lit<'_> {
+impl LitGround<'_> {
     /// Rays half a pixel to the right, and down, of one in the middle of a part of the screen; of no size where that has no picture.
-    fn asides(&self, part: &Block) -> [Aside; 2] {
+    fn asides(&self, part: &ShadowBlock) -> [Aside; 2] {
         let middle = |range: &Range<usize>| 0.5 * (range.start + range.end) as f64;
         let at = DVec2::new(middle(&part.columns), middle(&part.rows));
         let own = self.lens.ray_at(at);
@@ -176,7 +176,7 @@ impl Lit<'_> {
     }
 }
 
-impl Block {
+impl ShadowBlock {
     /// Bodies `among` some that may hide the sun from it.
     fn among<'c>(&self, among: &[&'c Caster]) -> Vec<&'c Caster> {
         among.iter().copied().filter(|caster| caster.is_over(&self.bounds)).collect()
@@ -245,7 +245,7 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
     /// Darkens the ground that lies in the shadow of bodies; `range` tells how far it is.
     pub fn cast(&self, camera: &Camera, pixels: Vec<Pixels<'_>>, range: &[f32], farm: &Farm) -> Result<()> {
         let width = camera.width as usize;
-        let ground = Lit { shown: Shown { range, width }, lens: Lens::new(camera) };
+        let ground = LitGround { shown: Shown { range, width }, lens: Lens::new(camera) };
         farm.each(Stage::Image, pixels, |index, mut pixels| {
             let mut filter = None;
             let first = index * SQUARE;
@@ -292,7 +292,12 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
     }
 
     /// Parts of some columns and rows, so many pixels each way, in which there is ground.
-    fn parts(&self, ground: &Lit<'_>, [columns, rows]: [&Range<usize>; 2], size: usize) -> Vec<Block> {
+    fn parts(
+        &self,
+        ground: &LitGround<'_>,
+        [columns, rows]: [&Range<usize>; 2],
+        size: usize,
+    ) -> Vec<ShadowBlock> {
         let starts = |range: &Range<usize>| {
             let end = range.end;
             range.clone().step_by(size).map(move |start| start..(start + size).min(end))
@@ -302,7 +307,12 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
     }
 
     /// Returns the extent of a block's ground; `None`: it is all sky.
-    fn block(&self, ground: &Lit<'_>, columns: Range<usize>, rows: Range<usize>) -> Option<Block> {
+    fn block(
+        &self,
+        ground: &LitGround<'_>,
+        columns: Range<usize>,
+        rows: Range<usize>,
+    ) -> Option<ShadowBlock> {
         let Shown { range, width } = ground.shown;
         let (mut near, mut far) = (f32::INFINITY, 0.0_f32);
         for row in rows.clone() {
@@ -333,20 +343,20 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
         let points = ends.into_iter().map(|range| ray.origin + ray.direction * range);
         let bounds = self.casters.bounds(points, radius * self.footprint.at(ends[1]))?;
 
-        Some(Block { columns, rows, bounds })
+        Some(ShadowBlock { columns, rows, bounds })
     }
 
     /// Returns the share of a pixel's light that is left, by channel, where bodies `among` some hide the sun, and the light of the air before it; `None`: all is. `asides` tell how
     /// rays change about it.
     fn left(
         &self,
-        ground: &Lit<'_>,
+        ground: &LitGround<'_>,
         filter: &mut SurfaceFilter<'_, S>,
         lights: &mut Lights,
         (among, asides): (&[&Caster], &[Aside; 2]),
         [column, row]: [usize; 2],
     ) -> Result<Option<(Vec3, Vec3)>> {
-        let Lit { shown, lens } = ground;
+        let LitGround { shown, lens } = ground;
         let plane = shown.ground(column, row);
         let range = 1.0 / f64::from(plane.inverse);
         if plane.inverse <= 0.0 || lights.are_dark([column, row], range) {
@@ -386,7 +396,7 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
     /// Returns the sunlight on a pixel's ground; `None`: it is sky.
     fn light(
         &self,
-        Lit { shown, lens }: &Lit<'_>,
+        LitGround { shown, lens }: &LitGround<'_>,
         filter: &mut SurfaceFilter<'_, S>,
         [column, row]: [usize; 2],
     ) -> Result<Option<CellLight>> {

@@ -14,7 +14,7 @@ use crate::voxel::PageSource;
 use hedgehop_base::error::Result;
 
 /// Puts what stands on the ground into rows that show it already; one per worker.
-pub struct Stander<'a> {
+pub struct SpanRenderer<'a> {
     isa: Isa,
     eye: DVec3,
     march: SpanMarch<'a>,
@@ -36,7 +36,7 @@ pub struct SeenGroup<'s> {
     pub squares: &'s [f32; LANES],
 }
 
-impl<'a> Stander<'a> {
+impl<'a> SpanRenderer<'a> {
     /// Builds the drawing of spans for pictures from `eye` (units, units, metres); `None` where there are none.
     pub fn new<S: PageSource>(renderer: &'a Renderer<'_, S>, eye: DVec3) -> Option<Self> {
         let source = renderer.source;

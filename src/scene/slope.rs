@@ -33,14 +33,14 @@ const MOST_PLANES: f64 = 20_000.0;
 pub(super) struct Slope {
     base: Base,
     times: Vec<f64>,
-    planes: Vec<Option<Plane>>,
+    planes: Vec<Option<SlopePlane>>,
     /// Height above the ground, metres.
     above: Option<Samples>,
 }
 
 /// Ground as flat as it is there.
 #[derive(Debug, Clone, Copy)]
-struct Plane {
+struct SlopePlane {
     at: DVec2,
     /// Metres.
     height: f64,
@@ -48,7 +48,7 @@ struct Plane {
     rise: DVec2,
 }
 
-impl Plane {
+impl SlopePlane {
     fn height(&self, place: DVec2) -> f64 {
         self.height + self.rise.dot(place - self.at)
     }
@@ -63,7 +63,7 @@ struct Base {
 
 impl Base {
     /// The plane below it, of an object at `pose`.
-    fn plane(&self, pose: &Pose, ground: &dyn Fn(DVec2) -> Option<f64>) -> Option<Plane> {
+    fn plane(&self, pose: &Pose, ground: &dyn Fn(DVec2) -> Option<f64>) -> Option<SlopePlane> {
         let (sin, cos) = pose.attitude.yaw.to_radians().sin_cos();
         let (right, forward) = (DVec2::new(cos, -sin), DVec2::new(sin, cos));
         let at = pose.eye.truncate();
@@ -90,7 +90,7 @@ impl Base {
         let own = slope / squares;
         let mean = middle + sum / f64::from(PLACES * PLACES);
 
-        Some(Plane { at, height: mean - own.dot(self.middle), rise: right * own.x + forward * own.y })
+        Some(SlopePlane { at, height: mean - own.dot(self.middle), rise: right * own.x + forward * own.y })
     }
 }
 

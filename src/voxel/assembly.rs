@@ -9,7 +9,7 @@ use std::sync::{Arc, Mutex, PoisonError, RwLock};
 
 use super::fixed_header::{FixedHeader, Section};
 use super::format::{PAGE_ALIGNMENT, PLANE_ALIGNMENT, VERSION, header as at};
-use super::page::{Planes, largest_page};
+use super::page::{PlanePositions, largest_page};
 use super::{
     AlignedBytes, Attributes, ContentHash, Directory, EncodedPage, Grid, HeightCode, Metadata, PageBuffer,
     PageEntry, PageId, PagePart, PageView, SharedObjects,
@@ -307,15 +307,15 @@ impl PageReadback {
             scratch.resize(size_of::<Attributes>());
             scratch.as_mut_slice().copy_from_slice(bytemuck::bytes_of(attributes));
             let attributes = bytemuck::from_bytes(scratch.as_slice());
-            return Planes::empty(id.level, size, attributes).whole().map(Some).map_err(invalid);
+            return PlanePositions::empty(id.level, size, attributes).whole().map(Some).map_err(invalid);
         }
 
         scratch.resize(entry.length as usize);
         let read = storage.read_at(entry.offset, scratch.as_mut_slice());
         read.map_err(|error| Error::io(path, format!("read {id} back"), error))?;
         let refuse = |what: &str| Error::invalid(path, format!("{id} at byte {}: {what}", entry.offset));
-        let planes =
-            Planes::new(scratch.as_slice(), id.level, size, entry.spans).map_err(|what| refuse(&what))?;
+        let planes = PlanePositions::new(scratch.as_slice(), id.level, size, entry.spans)
+            .map_err(|what| refuse(&what))?;
         if PagePart::all(id).any(|part| planes.crc(part) != entry.crc[part.number()]) {
             return Err(refuse("read back with a wrong checksum; check the disk, and build again"));
         }

@@ -275,7 +275,7 @@ fn bounds_flag(level: u8) -> u32 {
 }
 
 /// Positions of the planes in a page's bytes, which begin at a multiple of 64 in memory.
-pub(super) struct Planes<'a> {
+pub(super) struct PlanePositions<'a> {
     bytes: &'a [u8],
     size: (u32, u32),
     spans: usize,
@@ -284,7 +284,7 @@ pub(super) struct Planes<'a> {
     empty: Option<&'a Attributes>,
 }
 
-impl<'a> Planes<'a> {
+impl<'a> PlanePositions<'a> {
     /// Finds the planes of a page of a level and of `size` voxels, as the grid says, with so many bytes of spans, as the directory says. An error says why
     /// there is no such page.
     pub fn new(bytes: &'a [u8], level: u8, size: (u32, u32), spans: u32) -> Result<Self, String> {

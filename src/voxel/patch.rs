@@ -43,7 +43,7 @@ pub(super) struct PartFile {
 struct FileChange {
     base: EarlierFile,
     /// State of the file when it was opened.
-    known: Known,
+    known: FileSigns,
     /// Ranges that stay, in the order of their coming.
     kept: Vec<ByteRange>,
     held: BTreeMap<u64, Vec<u8>>,
@@ -54,12 +54,12 @@ struct FileChange {
 
 /// Signs by which one tells whether somebody changed a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
-struct Known {
+struct FileSigns {
     length: u64,
     header: Record,
 }
 
-impl Known {
+impl FileSigns {
     fn of(file: &File) -> io::Result<Self> {
         let mut header = [0; at::SIZE];
         file.read_at(0, &mut header)?;
@@ -81,7 +81,7 @@ impl PartFile {
 
     /// Changes `base` in place if it can be, and if no more than `most` bytes of it change. Before anything is written.
     pub fn patch(&self, base: &EarlierFile, most: u64) {
-        let known = Known::of(base.file()).ok().filter(|_| cfg!(unix));
+        let known = FileSigns::of(base.file()).ok().filter(|_| cfg!(unix));
         // What is written twice, to the journal and in place, should be far less than all of it.
         *self.lock() = known.map(|known| FileChange {
             base: base.clone(),
@@ -326,7 +326,7 @@ impl FileChange {
         if !is_same(&file, base) || base.try_lock_shared().is_err() || base.unlock().is_err() {
             return Ok(None);
         }
-        if file.try_lock().is_ok() && Known::of(&file)? == self.known && self.is_alone(target) {
+        if file.try_lock().is_ok() && FileSigns::of(&file)? == self.known && self.is_alone(target) {
             return Ok(Some(file));
         }
         drop(file);
@@ -337,7 +337,7 @@ impl FileChange {
     /// Holds the file as a reader does once more, after it was let go for a moment.
     fn hold_again(&self) -> io::Result<()> {
         let is_held = self.base.file().try_lock_shared().is_ok();
-        if is_held && Known::of(self.base.file())? == self.known {
+        if is_held && FileSigns::of(self.base.file())? == self.known {
             return Ok(());
         }
         Err(io::Error::other("another build changed it meanwhile; repeat the command"))

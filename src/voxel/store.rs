@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU8, Ordering};
 
 use super::fixed_header::{DAMAGED, FixedHeader};
-use super::page::Planes;
+use super::page::PlanePositions;
 use super::{
     AlignedBytes, BoundsView, Damaged, Directory, Header, HeightsView, PageEntry, PageId, PagePart,
     PageSource, PageView, SpansView, Trust, Verify,
@@ -262,7 +262,7 @@ impl<B: FileBytes> PageStore<B> {
         &self,
         id: PageId,
         parts: impl IntoIterator<Item = PagePart>,
-    ) -> Result<Option<Planes<'_>>, String> {
+    ) -> Result<Option<PlanePositions<'_>>, String> {
         let Some((index, entry, size)) = self.directory.locate(id) else { return Ok(None) };
         let Some(bytes) = self.page_bytes(entry) else {
             return Err("beyond the end".into());
@@ -271,10 +271,10 @@ impl<B: FileBytes> PageStore<B> {
             return Err("the file cannot be read".into());
         }
         if let Some(attributes) = entry.empty() {
-            return Ok(Some(Planes::empty(id.level, size, attributes)));
+            return Ok(Some(PlanePositions::empty(id.level, size, attributes)));
         }
 
-        let planes = Planes::new(bytes, id.level, size, entry.spans)?;
+        let planes = PlanePositions::new(bytes, id.level, size, entry.spans)?;
         for part in parts {
             let known = &self.states[part.number() * self.directory.len() + index];
             match known.load(Ordering::Relaxed) {
@@ -289,7 +289,7 @@ impl<B: FileBytes> PageStore<B> {
 
     /// Checks a part of a page for the first time.
     #[cold]
-    fn check(&self, part: PagePart, entry: &PageEntry, planes: &Planes<'_>) -> Result<(), String> {
+    fn check(&self, part: PagePart, entry: &PageEntry, planes: &PlanePositions<'_>) -> Result<(), String> {
         if self.trust.verify == Verify::FirstTouch {
             self.bytes.will_need(self.needed_for(part));
         }

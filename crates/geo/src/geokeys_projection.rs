@@ -49,20 +49,20 @@ fn method(code: u16) -> Result<Method, String> {
 }
 
 /// Keys of each parameter, in the order in which writers are to be believed, and what they count in.
-const SOURCES: [(Term, &[u16], Kind); 9] = [
-    (Term::Latitude, &[3081, 3089, 3085], Kind::Angle),
-    (Term::Longitude, &[3080, 3088, 3084, 3095], Kind::Angle),
-    (Term::Parallel1, &[3078], Kind::Angle),
-    (Term::Parallel2, &[3079], Kind::Angle),
-    (Term::Scale, &[3092, 3093], Kind::Ratio),
-    (Term::Azimuth, &[3094], Kind::Angle),
-    (Term::RectifiedAngle, &[3096], Kind::Angle),
-    (Term::FalseEasting, &[3082, 3090, 3086], Kind::Length),
-    (Term::FalseNorthing, &[3083, 3091, 3087], Kind::Length),
+const SOURCES: [(Term, &[u16], MethodKind); 9] = [
+    (Term::Latitude, &[3081, 3089, 3085], MethodKind::Angle),
+    (Term::Longitude, &[3080, 3088, 3084, 3095], MethodKind::Angle),
+    (Term::Parallel1, &[3078], MethodKind::Angle),
+    (Term::Parallel2, &[3079], MethodKind::Angle),
+    (Term::Scale, &[3092, 3093], MethodKind::Ratio),
+    (Term::Azimuth, &[3094], MethodKind::Angle),
+    (Term::RectifiedAngle, &[3096], MethodKind::Angle),
+    (Term::FalseEasting, &[3082, 3090, 3086], MethodKind::Length),
+    (Term::FalseNorthing, &[3083, 3091, 3087], MethodKind::Length),
 ];
 
 #[derive(Clone, Copy)]
-enum Kind {
+enum MethodKind {
     Angle,
     Length,
     Ratio,
@@ -74,9 +74,9 @@ fn parameters(keys: &Keys, unit: f64) -> Result<Parameters, String> {
     for (term, ids, kind) in SOURCES {
         if let Some(value) = ids.iter().find_map(|id| keys.number(*id)) {
             let factor = match kind {
-                Kind::Angle => angle,
-                Kind::Length => unit,
-                Kind::Ratio => 1.0,
+                MethodKind::Angle => angle,
+                MethodKind::Length => unit,
+                MethodKind::Ratio => 1.0,
             };
             parameters.set(term, value * factor);
         }

@@ -23,11 +23,11 @@ pub(super) struct Shift {
     pub area: Degrees,
     /// PROJ's `+towgs84`: metres, arc seconds, parts per million; `None` where no shift is known, and degrees of the datum are taken for WGS 84's.
     pub towgs84: Option<String>,
-    kind: Kind,
+    kind: ShiftKind,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Kind {
+enum ShiftKind {
     Land,
     /// Made for the sea.
     Offshore,
@@ -48,7 +48,7 @@ impl Shifts {
             accuracy: None,
             area: [-180.0, -90.0, 180.0, 90.0],
             towgs84: Some(towgs84.to_owned()),
-            kind: Kind::Land,
+            kind: ShiftKind::Land,
         };
         Self { list: vec![shift] }
     }
@@ -106,25 +106,25 @@ impl Shift {
     /// Reads one of the table.
     fn read(entry: &str) -> Option<Self> {
         let kind = match entry.as_bytes().first()? {
-            b'~' => Kind::Offshore,
-            b'?' => Kind::Unknown,
-            _ => Kind::Land,
+            b'~' => ShiftKind::Offshore,
+            b'?' => ShiftKind::Unknown,
+            _ => ShiftKind::Land,
         };
         let mut parts = entry.trim_start_matches(['~', '?']).splitn(6, ',');
         let mut number = || parts.next()?.parse::<f64>().ok();
         let accuracy = Some(number()?).filter(|metres| *metres >= 0.0);
         let area = [number()?, number()?, number()?, number()?];
-        let towgs84 = Some(parts.next()?.to_owned()).filter(|_| kind != Kind::Unknown);
+        let towgs84 = Some(parts.next()?.to_owned()).filter(|_| kind != ShiftKind::Unknown);
         Some(Self { accuracy, area, towgs84, kind })
     }
 
     /// No shift is known in its area, and the datum is taken for WGS 84.
     pub(super) fn is_unknown(&self) -> bool {
-        self.kind == Kind::Unknown
+        self.kind == ShiftKind::Unknown
     }
 
     fn is_better_than(&self, other: &Self) -> bool {
-        let Some(accuracy) = self.accuracy.filter(|_| self.kind != Kind::Offshore) else { return false };
+        let Some(accuracy) = self.accuracy.filter(|_| self.kind != ShiftKind::Offshore) else { return false };
         other.accuracy.is_some_and(|others| {
             accuracy < others || accuracy == others && extent(self.area) < extent(other.area)
         })

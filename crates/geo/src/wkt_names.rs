@@ -9,14 +9,14 @@ pub(super) fn plain(name: &str) -> String {
 
 /// Unit in which a parameter counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum UnitKind {
     Angle,
     Length,
     Ratio,
 }
 
 /// Meaning of a parameter's name; without a term it must say nothing (0, or 1 for a ratio).
-pub(super) fn term(name: &str) -> Option<(Option<Term>, Kind)> {
+pub(super) fn term(name: &str) -> Option<(Option<Term>, UnitKind)> {
     Some(match plain(name).as_str() {
         "latitudeoforigin"
         | "latitudeofcenter"
@@ -24,42 +24,42 @@ pub(super) fn term(name: &str) -> Option<(Option<Term>, Kind)> {
         | "latitudeofnaturalorigin"
         | "latitudeoffalseorigin"
         | "latitudeofprojectioncentre"
-        | "centralparallel" => (Some(Term::Latitude), Kind::Angle),
+        | "centralparallel" => (Some(Term::Latitude), UnitKind::Angle),
         "centralmeridian"
         | "longitudeoforigin"
         | "longitudeofcenter"
         | "longitudeofcentre"
         | "longitudeofnaturalorigin"
         | "longitudeoffalseorigin"
-        | "longitudeofprojectioncentre" => (Some(Term::Longitude), Kind::Angle),
+        | "longitudeofprojectioncentre" => (Some(Term::Longitude), UnitKind::Angle),
         "pseudostandardparallel1" | "latitudeofpseudostandardparallel" => {
-            (Some(Term::Parallel1), Kind::Angle)
+            (Some(Term::Parallel1), UnitKind::Angle)
         }
-        "colatitudeofconeaxis" => (Some(Term::Azimuth), Kind::Angle),
-        "scalefactoronpseudostandardparallel" => (Some(Term::Scale), Kind::Ratio),
+        "colatitudeofconeaxis" => (Some(Term::Azimuth), UnitKind::Angle),
+        "scalefactoronpseudostandardparallel" => (Some(Term::Scale), UnitKind::Ratio),
         "standardparallel1" | "latitudeof1ststandardparallel" | "latitudeofstandardparallel" => {
-            (Some(Term::Parallel1), Kind::Angle)
+            (Some(Term::Parallel1), UnitKind::Angle)
         }
-        "standardparallel2" | "latitudeof2ndstandardparallel" => (Some(Term::Parallel2), Kind::Angle),
+        "standardparallel2" | "latitudeof2ndstandardparallel" => (Some(Term::Parallel2), UnitKind::Angle),
         "scalefactor"
         | "scalefactoratnaturalorigin"
         | "scalefactoratprojectioncentre"
         | "scalefactoroninitialline"
-        | "scalefactorattheprojectioncentre" => (Some(Term::Scale), Kind::Ratio),
+        | "scalefactorattheprojectioncentre" => (Some(Term::Scale), UnitKind::Ratio),
         "azimuth" | "azimuthofinitialline" | "azimuthatprojectioncentre" => {
-            (Some(Term::Azimuth), Kind::Angle)
+            (Some(Term::Azimuth), UnitKind::Angle)
         }
         "rectifiedgridangle" | "anglefromrectifiedtoskewgrid" | "xyplanerotation" => {
-            (Some(Term::RectifiedAngle), Kind::Angle)
+            (Some(Term::RectifiedAngle), UnitKind::Angle)
         }
         "falseeasting" | "eastingatfalseorigin" | "eastingatprojectioncentre" => {
-            (Some(Term::FalseEasting), Kind::Length)
+            (Some(Term::FalseEasting), UnitKind::Length)
         }
         "falsenorthing" | "northingatfalseorigin" | "northingatprojectioncentre" => {
-            (Some(Term::FalseNorthing), Kind::Length)
+            (Some(Term::FalseNorthing), UnitKind::Length)
         }
-        "auxiliaryspheretype" => (None, Kind::Angle),
-        "xscale" | "yscale" => (None, Kind::Ratio),
+        "auxiliaryspheretype" => (None, UnitKind::Angle),
+        "xscale" | "yscale" => (None, UnitKind::Ratio),
         _ => return None,
     })
 }

@@ -18,7 +18,7 @@ use super::heights;
 use super::local::LocalSystem;
 use super::projection::{CONVERT, Method, Parameters, proj_terms};
 use super::wkt::{Item, Node, VERTICAL, parse};
-use super::wkt_names::{Kind, method, plain, term};
+use super::wkt_names::{UnitKind, method, plain, term};
 use super::{registry, units};
 use hedgehop_base::error::{Error, Result};
 
@@ -196,19 +196,19 @@ fn parameters(node: &Node, method: Method, angle: f64, length: f64) -> Result<Pa
         };
 
         match term(parameter.name()) {
-            Some((Some(term), Kind::Angle)) => {
+            Some((Some(term), UnitKind::Angle)) => {
                 parameters.set(term, value * own(&["ANGLEUNIT", "UNIT"]).map_or(angle, degrees));
             }
-            Some((Some(term), Kind::Length)) => {
+            Some((Some(term), UnitKind::Length)) => {
                 parameters.set(term, value * own(&["LENGTHUNIT", "UNIT"]).unwrap_or(length));
             }
-            Some((Some(term), Kind::Ratio)) => {
+            Some((Some(term), UnitKind::Ratio)) => {
                 parameters.set(term, value * own(&["SCALEUNIT", "UNIT"]).unwrap_or(1.0));
             }
             // Esri's turn of Krovak's axes to the east and north is told by the method.
             Some((None, _)) if method == Method::KrovakNorth => {}
             // Terms that are only read where they say nothing.
-            Some((None, kind)) if value == if matches!(kind, Kind::Ratio) { 1.0 } else { 0.0 } => {}
+            Some((None, kind)) if value == if matches!(kind, UnitKind::Ratio) { 1.0 } else { 0.0 } => {}
             _ => {
                 return Err(format!(
                     "the parameter '{}' = {value} of the projection is not read; {CONVERT}",

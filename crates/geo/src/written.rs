@@ -62,7 +62,7 @@ const DATUMS: [(&str, Datum); 10] = [
 ];
 
 /// A projection: Esri's name, the code of its method, and its parameters.
-struct Projected {
+struct WrittenProjected {
     name: &'static str,
     method: u16,
     /// Esri's name, geo key, value in degrees, metres or 1.
@@ -82,7 +82,7 @@ impl Crs {
             return Some(geographic);
         }
 
-        let Projected { name: method, parameters, .. } = projected(&definition)?;
+        let WrittenProjected { name: method, parameters, .. } = projected(&definition)?;
         // A system without a name is called by its definition, which is no name.
         let name = Some(self.name()).filter(|name| !name.starts_with('+')).unwrap_or("Unnamed");
         let title: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
@@ -100,7 +100,7 @@ impl Crs {
     pub fn to_geo_keys(&self) -> Option<WrittenKeys> {
         let definition = Definition::parse(self.proj()?).ok()?;
         let is_geographic = definition.is_geographic();
-        let mut keys = Keys::default();
+        let mut keys = WrittenKeys::default();
         // Model type: 1 projected, 2 geographic. Raster type: 1, pixels are areas.
         keys.short(1024, if is_geographic { 2 } else { 1 });
         keys.short(1025, 1);
@@ -124,13 +124,13 @@ const DEGREE: u16 = 9102;
 
 /// Geo keys in rising order: key, tag (0: the value itself), count, value or offset.
 #[derive(Default)]
-struct Keys {
+struct WrittenKeys {
     entries: Vec<[u16; 4]>,
     doubles: Vec<f64>,
     text: String,
 }
 
-impl Keys {
+impl WrittenKeys {
     fn short(&mut self, key: u16, value: u16) {
         self.entries.push([key, 0, 1, value]);
     }
@@ -179,7 +179,7 @@ impl Keys {
             return Some(());
         }
 
-        let Projected { method, mut parameters, .. } = projected(definition)?;
+        let WrittenProjected { method, mut parameters, .. } = projected(definition)?;
         for (key, value) in [(3072, USER_DEFINED), (3074, USER_DEFINED), (3075, method), (3076, METRE)] {
             self.short(key, value);
         }
@@ -225,7 +225,7 @@ fn datum_of(definition: &Definition) -> Option<Datum> {
     Some(known.copied().unwrap_or(own))
 }
 
-fn projected(definition: &Definition) -> Option<Projected> {
+fn projected(definition: &Definition) -> Option<WrittenProjected> {
     let value = |key: &str, default: f64| match definition.get(key) {
         Some(text) => text.parse::<f64>().ok().filter(|value| value.is_finite()),
         None => Some(default),
@@ -253,12 +253,12 @@ fn projected(definition: &Definition) -> Option<Projected> {
         ("Latitude_Of_Origin", 3085, latitude),
     ];
 
-    let conic = |name, method, begin: &[(&'static str, u16, f64)]| -> Option<Projected> {
+    let conic = |name, method, begin: &[(&'static str, u16, f64)]| -> Option<WrittenProjected> {
         let first = value("lat_1", latitude)?;
         let parallels =
             [("Standard_Parallel_1", 3078, first), ("Standard_Parallel_2", 3079, value("lat_2", first)?)];
         // A scale other than 1 belongs to one parallel, for which the keys have another method.
-        (scale == 1.0).then(|| Projected { name, method, parameters: [begin, &parallels].concat() })
+        (scale == 1.0).then(|| WrittenProjected { name, method, parameters: [begin, &parallels].concat() })
     };
 
     let pole = [("Central_Meridian", 3095, longitude), ("Latitude_Of_Origin", 3081, latitude)];
@@ -274,31 +274,33 @@ fn projected(definition: &Definition) -> Option<Projected> {
                 ("Latitude_Of_Origin", 3081, 0.0),
                 ("Scale_Factor", 3092, 0.9996),
             ];
-            Projected { name: "Transverse_Mercator", method: 1, parameters }
+            WrittenProjected { name: "Transverse_Mercator", method: 1, parameters }
         }
         "tmerc" | "etmerc" => {
-            Projected { name: "Transverse_Mercator", method: 1, parameters: with_scale(origin, scale) }
+            WrittenProjected { name: "Transverse_Mercator", method: 1, parameters: with_scale(origin, scale) }
         }
         "lcc" => conic("Lambert_Conformal_Conic", 8, &false_point)?,
         "aea" => conic("Albers", 11, &[false_origin, origin].concat())?,
-        "laea" => Projected {
+        "laea" => WrittenProjected {
             name: "Lambert_Azimuthal_Equal_Area",
             method: 10,
             parameters: [false_origin.as_slice(), &centre].concat(),
         },
         "stere" if latitude.abs() == 90.0 && definition.get("lat_ts").is_none() => {
-            Projected { name: "Stereographic", method: 15, parameters: with_scale(pole, scale) }
+            WrittenProjected { name: "Stereographic", method: 15, parameters: with_scale(pole, scale) }
         }
-        "sterea" => {
-            Projected { name: "Double_Stereographic", method: 16, parameters: with_scale(centre, scale) }
-        }
-        "merc" if definition.get("lat_ts").is_none() && scale == 1.0 => Projected {
+        "sterea" => WrittenProjected {
+            name: "Double_Stereographic",
+            method: 16,
+            parameters: with_scale(centre, scale),
+        },
+        "merc" if definition.get("lat_ts").is_none() && scale == 1.0 => WrittenProjected {
             name: "Mercator",
             method: 7,
             parameters: [false_origin.as_slice(), &origin[..1], &[("Standard_Parallel_1", 3078, 0.0)]]
                 .concat(),
         },
-        "eqc" if latitude == 0.0 => Projected {
+        "eqc" if latitude == 0.0 => WrittenProjected {
             name: "Equidistant_Cylindrical",
             method: 17,
             parameters: [

@@ -15,7 +15,7 @@ use glam::Vec3;
 
 use super::census::Census;
 use super::room;
-use super::steps::{self, Made, Steps};
+use super::steps::{self, BuildCache, MadeRecord};
 use super::workers::in_order;
 use super::writing::Page;
 use hedgehop::sunlight::{Daylight, SHADE_APRON, Shade, ShadePage, Shades, Sun};
@@ -86,11 +86,11 @@ pub fn bake_shadows(baking: &Baking<'_>, observer: &dyn Observer) -> Result<Bake
     }
 
     check_shadows(sun)?;
-    let steps = baking.steps.then(|| Steps::of(output));
+    let steps = baking.steps.then(|| BuildCache::of(output));
 
     // Pages stay as long as they are. Where some are known, they may stay in their places, too.
     let bytes: u64 = directory.present().map(|(_, entry)| room::placed(entry.length)).sum();
-    if !steps.as_ref().is_some_and(Steps::knows_pages) {
+    if !steps.as_ref().is_some_and(BuildCache::knows_pages) {
         room::check_bytes(output, bytes)?;
     }
 
@@ -102,7 +102,7 @@ pub fn bake_shadows(baking: &Baking<'_>, observer: &dyn Observer) -> Result<Bake
     let oven = Oven { source, shades, daylight: Daylight::new(sun), finer: writer.readback() };
     let keys =
         steps.as_ref().map(|steps| (steps, BakingKeys::new((source, directory), sun, &oven.shades, steps)));
-    let mut written = Written::default();
+    let mut written = BakedPages::default();
     if let Err(error) = bake_pages(&oven, baking, keys.as_ref(), &mut writer, &mut written, observer) {
         return Err(steps::kept(steps.as_ref(), writer, written.pages, error));
     }
@@ -116,7 +116,7 @@ pub fn bake_shadows(baking: &Baking<'_>, observer: &dyn Observer) -> Result<Bake
 
 /// Pages that were written so far, and how many of them were baked before.
 #[derive(Debug, Default)]
-struct Written {
+struct BakedPages {
     pages: u64,
     reused: u64,
 }
@@ -125,9 +125,9 @@ struct Written {
 fn bake_pages(
     oven: &Oven<'_>,
     Baking { directory, threads, .. }: &Baking<'_>,
-    trace: Option<&(&Steps, BakingKeys<'_>)>,
+    trace: Option<&(&BuildCache, BakingKeys<'_>)>,
     writer: &mut PageWriter,
-    written: &mut Written,
+    written: &mut BakedPages,
     observer: &dyn Observer,
 ) -> Result<()> {
     let pages = in_place(directory);
@@ -161,7 +161,8 @@ fn bake_pages(
                 written.pages += 1;
                 written.reused += u64::from(matches!(page, Page::Reused(_)));
                 page.append_to(writer)?;
-                let made = |(key, entry)| Made { id, entry, key, census: Census::default(), has_bare: false };
+                let made =
+                    |(key, entry)| MadeRecord { id, entry, key, census: Census::default(), has_bare: false };
                 let noted = key.zip(oven.finer.entry(id)).map(made);
                 trace.map_or(Ok(()), |(steps, _)| steps.made(noted.as_slice()))?;
                 if task % ROUND == 0 || task + 1 == pages.len() as u64 {

@@ -37,7 +37,7 @@ pub(super) fn canvas(elevation: &[Opened<f64>]) -> Option<Canvas> {
 
 /// Role of a raster in a build.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Role {
+pub(super) enum RasterRole {
     /// Heights.
     Elevation,
     /// Colours.
@@ -46,7 +46,7 @@ pub(super) enum Role {
     LandCover,
 }
 
-impl Role {
+impl RasterRole {
     /// The flag that names the reference system of files that state none.
     pub fn crs_flag(self) -> &'static str {
         match self {
@@ -61,7 +61,7 @@ impl Role {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Said<'a> {
     /// Role of the raster.
-    pub role: Role,
+    pub role: RasterRole,
     /// Reference system.
     pub crs: Option<&'a str>,
     /// Edges of its outer pixels.
@@ -83,8 +83,8 @@ pub(super) fn place(
         return within(info, extent, said, canvas);
     }
 
-    match canvas.filter(|_| said.role != Role::Elevation) {
-        Some(canvas) if canvas.crs.is_local() && said.role == Role::Imagery => {
+    match canvas.filter(|_| said.role != RasterRole::Elevation) {
+        Some(canvas) if canvas.crs.is_local() && said.role == RasterRole::Imagery => {
             let geo = canvas.laid_over(info);
             let note =
                 format!("{name}: has no georeferencing, laid over the whole of the first elevation file");
@@ -165,7 +165,7 @@ impl Canvas {
     }
 
     /// Why a raster that does not say where it lies cannot be put on ground that does.
-    fn refusal(&self, info: &RasterInfo, role: Role) -> Error {
+    fn refusal(&self, info: &RasterInfo, role: RasterRole) -> Error {
         // A millimetre, or a tenth of one.
         let decimals = if self.crs.is_geographic() { 9 } else { 3 };
         let number = |edge: f64| {
@@ -187,7 +187,7 @@ impl Canvas {
         let whole = format!("if it shows all that {} does", self.name);
 
         let remedy = match role {
-            Role::Imagery => format!(
+            RasterRole::Imagery => format!(
                 "say where its edges lie with --imagery-extent W,S,E,N ({whole}: --imagery-extent {west},{south},{east},{north}, in {label}), or write it into a copy: {command}"
             ),
             _ => format!("write where it lies into a copy; {whole}: {command}"),

@@ -40,11 +40,11 @@ use super::placed::{ElevationInput, ImageryInput};
 use super::placing::Collection;
 use super::plan::{self, Plan};
 use super::reach::Reach;
-use super::room::Room;
+use super::room::DiskSpace;
 use super::scan::{self, Survey};
 use super::sources;
-use super::standing::{self, Standing};
-use super::steps::{self, PageKeys, SourceKeys, Steps};
+use super::standing::{self, FeatureSolids};
+use super::steps::{self, BuildCache, PageKeys, SourceKeys};
 use super::synthetic::Roughness;
 use super::tint::Tint;
 use super::vertical;
@@ -118,7 +118,8 @@ pub fn outline(options: &BuildOptions) -> Result<Outline> {
     let sparse = sparse_note(&reaches, &plan).filter(|_| !options.synthetic.has_base());
     // What stands on the ground is not counted, but may be anywhere.
     let reach = Reach::of(&inputs, &plan, options)?;
-    let most_bytes = Room { plan: &plan, output: &options.output, builds: false, reach: &reach }.most_bytes();
+    let most_bytes =
+        DiskSpace { plan: &plan, output: &options.output, builds: false, reach: &reach }.most_bytes();
     let told = inputs.features.into_iter().flat_map(|(mut layer, options)| {
         layer.notes.extend(features::unknown_columns(&layer, &options));
         layer.notes
@@ -204,7 +205,7 @@ pub(super) fn build_from(
 ) -> Result<BuildReport> {
     let plan = plan::plan(&inputs, options)?;
     let reach = Reach::of(&inputs, &plan, options)?;
-    let room = Room { plan: &plan, output: &options.output, builds: inputs.is_built(), reach: &reach };
+    let room = DiskSpace { plan: &plan, output: &options.output, builds: inputs.is_built(), reach: &reach };
     if !plan.stored.is_all() {
         budget.check_directory(Directory::page_count(&plan.grid).map_err(Error::Configuration)?)?;
     }
@@ -214,8 +215,8 @@ pub(super) fn build_from(
     metadata.notes.extend(hints::clouds_outside(&inputs, &plan)?);
     metadata.notes.iter().for_each(|note| observer.note(note));
     let datum = vertical::common_datum(&datums(&inputs), plan.crs.is_local());
-    let steps = options.steps.then(|| Steps::of(&options.output).kept_for(options.kept_for.as_deref()));
-    if !steps.as_ref().is_some_and(Steps::knows_pages) {
+    let steps = options.steps.then(|| BuildCache::of(&options.output).kept_for(options.kept_for.as_deref()));
+    if !steps.as_ref().is_some_and(BuildCache::knows_pages) {
         room.check(observer)?;
     }
 
@@ -292,7 +293,7 @@ pub(super) fn build_from(
         notes.iter().for_each(|note| observer.note(note));
         metadata.notes.extend(notes);
         let steps = traced.map(|(steps, keys)| (steps, keys.ground()));
-        Some(Standing::new(features, (&natural, high), steps, budget.threads, observer)?)
+        Some(FeatureSolids::new(features, (&natural, high), steps, budget.threads, observer)?)
     };
 
     let mut objects = if models.0.is_empty() && models.1.is_empty() {
@@ -412,7 +413,7 @@ fn place(
 
 /// Places maps of land cover, and tells what they hold that is no class.
 fn cover(
-    rasters: Vec<inputs::Opened<land_cover::Class>>,
+    rasters: Vec<inputs::Opened<land_cover::SampleClass>>,
     plan: &Plan,
     options: &BuildOptions,
 ) -> Result<(Vec<CoverInput>, Vec<String>)> {

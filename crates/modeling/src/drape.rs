@@ -6,9 +6,9 @@
 //! nearest pixels so that it cannot ring, and only where its sixteen pixels are all there and opaque.
 
 use super::feather::{FEATHER, Feather, Ramps, SheetShare, Sheets};
-use super::kernel::{Accumulate, Gather, Shape, Tap};
+use super::kernel::{Accumulate, Gather, KernelShape, Tap};
 use super::placed::ImageryInput;
-use super::warp::{self, Field, LevelGrid, Rect, TOLERANCE};
+use super::warp::{self, LevelGrid, Rect, TOLERANCE, WarpField};
 use hedgehop_base::colour::linear_from_srgb8;
 use hedgehop_base::error::Result;
 
@@ -62,7 +62,7 @@ impl Drape<'_> {
     }
 
     /// Reads the layers of the images that matter in a band: down to where all voxels are opaque and nothing fades.
-    fn layers(&mut self, band: Rect) -> Result<Vec<Layer>> {
+    fn layers(&mut self, band: Rect) -> Result<Vec<DrapeLayer>> {
         let (sources, grid) = (self.sources, self.level.grid);
         let is_near = |source: &&ImageryInput| band.meets(&source.reach, &grid);
         let is_alone = sources.iter().filter(is_near).nth(1).is_none();
@@ -77,7 +77,7 @@ impl Drape<'_> {
 
             let paints = self.paints(source, &field)?;
             let ramps = if is_alone { None } else { Some(self.ramps(index, &field)?) };
-            let layer = Layer { paints, ramps };
+            let layer = DrapeLayer { paints, ramps };
             settled.iter_mut().enumerate().for_each(|(voxel, settled)| *settled |= layer.settles(voxel));
             layers.push(layer);
             if settled.iter().all(|settled| *settled) {
@@ -88,15 +88,15 @@ impl Drape<'_> {
         Ok(layers)
     }
 
-    fn paints(&mut self, source: &ImageryInput, field: &Field) -> Result<Vec<Paint>> {
+    fn paints(&mut self, source: &ImageryInput, field: &WarpField) -> Result<Vec<ImageColour>> {
         // Pixels are coarser than voxels.
         let is_magnified = source.pixel_side > self.level.grid.spacing;
-        let shape = if is_magnified { Shape::Cubic } else { Shape::Tent };
+        let shape = if is_magnified { KernelShape::Cubic } else { KernelShape::Tent };
         let mut sums = vec![Sums::default(); field.rect.len()];
         let (samples, window) = (source.samples.as_ref(), &mut self.window);
         let window_bytes = self.window_bytes;
         Gather { samples, field, shape, window_bytes, window }.run(&mut Painter { sums: &mut sums })?;
-        let paint = |(voxel, sums): (usize, &Sums)| Paint {
+        let paint = |(voxel, sums): (usize, &Sums)| ImageColour {
             linear: sums.colour(shape),
             alpha: sums.alpha,
             inside: sums.inside,
@@ -106,13 +106,13 @@ impl Drape<'_> {
     }
 
     /// Returns how far inside an image voxels lie; where it is transparent it does not end.
-    fn ramps(&self, index: usize, field: &Field) -> Result<Ramps> {
+    fn ramps(&self, index: usize, field: &WarpField) -> Result<Ramps> {
         let (sheets, window_bytes) = (&self.sheets, self.window_bytes);
         Feather { sheets, index, field, samples: &|_| None, window_bytes }.ramps()
     }
 }
 
-fn covered(field: &Field, voxel: usize, size: (u32, u32)) -> bool {
+fn covered(field: &WarpField, voxel: usize, size: (u32, u32)) -> bool {
     let within =
         |position: f64, size: u32| position.min(f64::from(size) - 1.0 - position) >= -0.5 - TOLERANCE;
     within(field.columns[voxel], size.0) && within(field.rows[voxel], size.1)
@@ -175,9 +175,9 @@ impl Accumulate<[u8; 4]> for Painter<'_> {
 }
 
 impl Sums {
-    fn colour(&self, shape: Shape) -> [f32; 3] {
+    fn colour(&self, shape: KernelShape) -> [f32; 3] {
         // Fewer than 16 where the position meets pixel centres: the cubic is 0 at the others, and so the tent is it.
-        if shape == Shape::Tent || self.opaque < 16 {
+        if shape == KernelShape::Tent || self.opaque < 16 {
             return self.tent;
         }
         std::array::from_fn(|channel| self.sharp[channel].clamp(self.least[channel], self.most[channel]))
@@ -185,14 +185,14 @@ impl Sums {
 }
 
 /// One image over a band.
-struct Layer {
-    paints: Vec<Paint>,
+struct DrapeLayer {
+    paints: Vec<ImageColour>,
     /// `None` where no other one is near.
     ramps: Option<Ramps>,
 }
 
 /// Colour of one image at a voxel.
-struct Paint {
+struct ImageColour {
     /// Linear light, premultiplied by `alpha`.
     linear: [f32; 3],
     alpha: f32,
@@ -201,7 +201,7 @@ struct Paint {
     is_covered: bool,
 }
 
-impl Layer {
+impl DrapeLayer {
     /// Nothing of a lower image shows, up to the rounding of a byte.
     fn settles(&self, voxel: usize) -> bool {
         let is_opaque = self.paints[voxel].alpha > 1.0 - 0.5 / 255.0;
@@ -228,7 +228,7 @@ impl Layer {
 }
 
 /// Colour of a voxel from the layers, highest priority first.
-fn blended(layers: &[Layer], voxel: usize) -> Pigment {
+fn blended(layers: &[DrapeLayer], voxel: usize) -> Pigment {
     let (mut blend, mut sheet) = (Blend::default(), SheetShare::default());
     for (index, layer) in layers.iter().enumerate() {
         let (paint, lower) = (&layer.paints[voxel], &layers[index + 1..]);
@@ -250,7 +250,7 @@ struct Blend {
 
 impl Blend {
     /// Adds an image of which so much shows.
-    fn add(&mut self, paint: &Paint, taken: f32) {
+    fn add(&mut self, paint: &ImageColour, taken: f32) {
         self.is_covered |= paint.is_covered;
         self.inside += paint.inside;
         if paint.alpha <= 0.0 {

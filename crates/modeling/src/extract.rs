@@ -32,14 +32,14 @@ const SAME: f64 = 1e-9;
 
 /// A part of a database's grid that is made of whole pages.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Part {
+pub struct ExtractPart {
     /// Voxels of level 1 before it, eastward and northward.
     pub first: [u32; 2],
     /// Grid of the part.
     pub grid: Grid,
 }
 
-impl Part {
+impl ExtractPart {
     /// The pages that a box (west, south, east, north; metres) touches; `pages` are all pages of the database.
     ///
     /// # Errors
@@ -99,7 +99,7 @@ fn coarsest_sparse(grid: &Grid, pages: &[PageId]) -> Option<u8> {
 pub fn extract(
     source: &dyn PageSource,
     pages: &[PageId],
-    part: &Part,
+    part: &ExtractPart,
     (output, overwrite): (&Path, bool),
     threads: usize,
     observer: &dyn Observer,
@@ -149,7 +149,7 @@ pub fn extract(
 /// Cuts pages out.
 struct Knife<'s> {
     source: &'s dyn PageSource,
-    part: &'s Part,
+    part: &'s ExtractPart,
     /// Pages that have been written.
     finer: PageReadback,
 }
@@ -310,7 +310,7 @@ mod tests {
             ([100.0, 200.0, 500.0, 600.0], [0, 0], [256, 256]),
             ([1200.0, 900.0, 9e9, 9e9], [512, 256], [388, 444]),
         ] {
-            let part = Part::around(&grid, &pages, bounds).unwrap();
+            let part = ExtractPart::around(&grid, &pages, bounds).unwrap();
             assert_eq!((part.first, [part.grid.nx, part.grid.ny]), (first, size), "{bounds:?}");
             let path = folder.path().join("part.hop");
             extract(&whole, &pages, &part, (&path, true), 2, &Silent).unwrap();
@@ -335,6 +335,6 @@ mod tests {
             }
         }
 
-        assert!(Part::around(&grid, &pages, [5000.0, 0.0, 6000.0, 900.0]).is_err());
+        assert!(ExtractPart::around(&grid, &pages, [5000.0, 0.0, 6000.0, 900.0]).is_err());
     }
 }

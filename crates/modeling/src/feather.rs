@@ -16,7 +16,7 @@
 use super::footprint::Bounds;
 use super::kernel::Samples;
 use super::raster::Window;
-use super::warp::{Field, Placement, Rect, TOLERANCE, world};
+use super::warp::{RasterPlacement, Rect, TOLERANCE, WarpField, world};
 use hedgehop::voxel::Grid;
 use hedgehop_base::error::Result;
 
@@ -66,7 +66,7 @@ impl Tile {
 
 impl Sheets {
     /// Groups sources by priority, each with its columns and rows, over an area.
-    pub fn of<'a>(sources: impl Iterator<Item = (&'a Placement, (u32, u32))>, area: &Grid) -> Self {
+    pub fn of<'a>(sources: impl Iterator<Item = (&'a RasterPlacement, (u32, u32))>, area: &Grid) -> Self {
         let mut tiles: Vec<Tile> = Vec::new();
         let mut first = None;
         for (index, (placement, size)) in sources.enumerate() {
@@ -108,7 +108,7 @@ impl Sheets {
 }
 
 /// Pixel positions of an area's corners and its middle; `None` if one has none.
-fn marks(placement: &Placement, area: &Grid) -> Option<[(f64, f64); 5]> {
+fn marks(placement: &RasterPlacement, area: &Grid) -> Option<[(f64, f64); 5]> {
     let (nx, ny) = (f64::from(area.nx), f64::from(area.ny));
     let places = [(0.0, 0.0), (nx, 0.0), (0.0, ny), (nx, ny), (0.5 * nx, 0.5 * ny)];
     let mut marks = [(0.0, 0.0); 5];
@@ -185,7 +185,7 @@ pub(super) struct Feather<'a> {
     /// The source.
     pub index: usize,
     /// Positions of voxels in it.
-    pub field: &'a Field,
+    pub field: &'a WarpField,
     /// Samples of each source that tell by NaN where it has no data; `None`: it has data everywhere.
     pub samples: &'a dyn Fn(usize) -> Option<&'a dyn Samples<f64>>,
     /// Most bytes to hold.
@@ -229,7 +229,7 @@ impl Feather<'_> {
     }
 
     /// The pixels that a block's ramps depend on; `None`: its voxels lie beside the source.
-    fn frame(&self, block: Rect) -> Option<Frame> {
+    fn frame(&self, block: Rect) -> Option<FeatherFrame> {
         let boxes = self.voxels(block).map(|(_, column, row)| {
             let (column, row) = (column.floor() as i64, row.floor() as i64);
             [column, row, column, row]
@@ -239,7 +239,7 @@ impl Feather<'_> {
         let margin = i64::from(FEATHER);
         // A position lies between its pixel and the next one.
         let count = |first: i64, last: i64| (last - first + 2 + 2 * margin) as usize;
-        Some(Frame {
+        Some(FeatherFrame {
             column: west - margin,
             row: north - margin,
             width: count(west, east),
@@ -247,7 +247,7 @@ impl Feather<'_> {
         })
     }
 
-    fn measure(&self, block: Rect, frame: Frame, ramps: &mut Ramps) -> Result<()> {
+    fn measure(&self, block: Rect, frame: FeatherFrame, ramps: &mut Ramps) -> Result<()> {
         let tile = &self.sheets.tiles[self.index];
         let mut own = vec![0; frame.width * frame.height];
         self.mark(self.index, &frame, &mut own)?;
@@ -269,7 +269,7 @@ impl Feather<'_> {
     }
 
     /// Marks the pixels of a frame where a tile of the source's sheet has data.
-    fn mark(&self, index: usize, frame: &Frame, distances: &mut [u8]) -> Result<()> {
+    fn mark(&self, index: usize, frame: &FeatherFrame, distances: &mut [u8]) -> Result<()> {
         let (from, tile) = (&self.sheets.tiles[self.index], &self.sheets.tiles[index]);
         let columns = pixels((frame.column, frame.width), tile.at.0 - from.at.0, tile.size.0);
         let rows = pixels((frame.row, frame.height), tile.at.1 - from.at.1, tile.size.1);
@@ -316,14 +316,14 @@ fn bounds(pixels: &[(usize, u32)]) -> Option<(u32, u32)> {
 }
 
 /// Pixels around voxels, some of which may lie beside the raster.
-struct Frame {
+struct FeatherFrame {
     column: i64,
     row: i64,
     width: usize,
     height: usize,
 }
 
-impl Frame {
+impl FeatherFrame {
     /// Distance at a position, bilinear between pixels.
     fn between(&self, distances: &[u8], column: f64, row: f64) -> f64 {
         let (west, north) = (column.floor(), row.floor());
@@ -392,17 +392,17 @@ mod tests {
         }
     }
 
-    fn sources(tiles: &[(f64, f64, f64, (u32, u32))]) -> Vec<(Placement, (u32, u32))> {
+    fn sources(tiles: &[(f64, f64, f64, (u32, u32))]) -> Vec<(RasterPlacement, (u32, u32))> {
         let local = || Transform::new(&Crs::local(), &Crs::local()).unwrap();
         let place = |&(x, y, side, size): &(f64, f64, f64, (u32, u32))| {
-            (Placement::new(local(), &[x, side, 0.0, y, 0.0, -side], size).unwrap(), size)
+            (RasterPlacement::new(local(), &[x, side, 0.0, y, 0.0, -side], size).unwrap(), size)
         };
         tiles.iter().map(place).collect()
     }
 
     const AREA: Grid = Grid { nx: 130, ny: 90, spacing: 7.3, origin: DVec2::new(-20.0, 3.0) };
 
-    fn sheets(sources: &[(Placement, (u32, u32))]) -> Sheets {
+    fn sheets(sources: &[(RasterPlacement, (u32, u32))]) -> Sheets {
         Sheets::of(sources.iter().map(|(placement, size)| (placement, *size)), &AREA)
     }
 

@@ -47,7 +47,7 @@ impl<T> Opened<T> {
     }
 
     /// Bounds of the raster's area in another system, from a lattice of points.
-    pub fn footprint(&self, crs: &Crs) -> Result<Footprint> {
+    pub fn footprint(&self, crs: &Crs) -> Result<RasterFootprint> {
         const LATTICE: u32 = 64;
 
         let world = Transform::new(&self.crs, crs)?;
@@ -68,9 +68,9 @@ impl<T> Opened<T> {
         }
 
         Ok(match bounds {
-            None => Footprint::Nowhere,
-            Some(bounds) if whole => Footprint::Whole(bounds),
-            Some(bounds) => Footprint::Partial(bounds),
+            None => RasterFootprint::Nowhere,
+            Some(bounds) if whole => RasterFootprint::Whole(bounds),
+            Some(bounds) => RasterFootprint::Partial(bounds),
         })
     }
 
@@ -115,7 +115,7 @@ impl<T> Opened<T> {
 pub(super) type Bounds = [f64; 4];
 
 /// Bounds of a raster's area in another system.
-pub(super) enum Footprint {
+pub(super) enum RasterFootprint {
     /// All of it has a place there.
     Whole(Bounds),
     /// Some of it has none.

@@ -8,12 +8,12 @@
 
 use std::path::{Path, PathBuf};
 
-use super::bare::{self, Canvas, Role, Said, canvas};
+use super::bare::{self, Canvas, RasterRole, Said, canvas};
 use super::cloud::{self, Cloud};
 use super::features::{self, Layer, LayerOptions};
 use super::footprint::{Bounds, corner_bounds};
 use super::kernel::Samples;
-use super::land_cover::{Class, ClassRaster, LandCoverFile};
+use super::land_cover::{ClassRaster, LandCoverFile, SampleClass};
 use super::object::{self, OpenObject, OpenScatter};
 use super::options::{BuildOptions, CloudFile, ElevationFile, FeatureFile, ImageryFile};
 use super::plan;
@@ -52,7 +52,7 @@ pub(super) struct Inputs {
     pub clouds: Vec<Cloud>,
     pub elevation: Vec<Opened<f64>>,
     pub imagery: Vec<Opened<[u8; 4]>>,
-    pub land_cover: Vec<Opened<Class>>,
+    pub land_cover: Vec<Opened<SampleClass>>,
     pub features: Vec<(Layer, LayerOptions)>,
     pub objects: Vec<OpenObject>,
     pub scatters: Vec<OpenScatter>,
@@ -268,7 +268,7 @@ impl<'a> Opener<'a> {
     fn elevation(&mut self, file: &ElevationFile) -> Result<Opened<f64>> {
         let path = &file.path;
         let (raster, info) = self.open(path, false)?;
-        let said = self.said(Role::Elevation, file.crs.as_deref(), None);
+        let said = self.said(RasterRole::Elevation, file.crs.as_deref(), None);
         let (geo, crs, given) = self.place(&info, said, None)?;
         let name = file_name(path);
         let stated = Stated { name: &name, file: &info.vertical, given, flag: file.datum, crs: &crs };
@@ -287,7 +287,7 @@ impl<'a> Opener<'a> {
         let path = &file.path;
         let (raster, info) = self.open(path, false)?;
         let (geo, crs, _) =
-            self.place(&info, self.said(Role::Imagery, file.crs.as_deref(), file.extent), canvas)?;
+            self.place(&info, self.said(RasterRole::Imagery, file.crs.as_deref(), file.extent), canvas)?;
         let description = describe(&info, &crs);
         let facts = facts(&info, &ImageryFile { path: PathBuf::new(), ..file.clone() });
         let samples = Box::new(ImageryRaster::new(raster, file.bands)?);
@@ -296,10 +296,10 @@ impl<'a> Opener<'a> {
         Ok(Opened { path: path.to_owned(), samples, block: info.block, geo, crs, datum, description, facts })
     }
 
-    fn land_cover(&mut self, file: &LandCoverFile, canvas: Option<&Canvas>) -> Result<Opened<Class>> {
+    fn land_cover(&mut self, file: &LandCoverFile, canvas: Option<&Canvas>) -> Result<Opened<SampleClass>> {
         let path = &file.path;
         let (raster, info) = self.open(path, true)?;
-        let said = self.said(Role::LandCover, file.crs.as_deref(), None);
+        let said = self.said(RasterRole::LandCover, file.crs.as_deref(), None);
         let (geo, crs, _) = self.place(&info, said, canvas)?;
         let description = format!("{}, {}", describe(&info, &crs), file.scheme.name());
         let facts = facts(&info, &LandCoverFile { path: PathBuf::new(), ..file.clone() });
@@ -310,7 +310,7 @@ impl<'a> Opener<'a> {
     }
 
     /// Collects what the user says of a file.
-    fn said<'s>(&self, role: Role, crs: Option<&'s str>, extent: Option<Bounds>) -> Said<'s> {
+    fn said<'s>(&self, role: RasterRole, crs: Option<&'s str>, extent: Option<Bounds>) -> Said<'s> {
         Said { role, crs, extent, spacing: self.options.raw_spacing, local: self.options.local }
     }
 

@@ -20,7 +20,7 @@
 //! Each voxel meets its taps in the same order whatever the split, so results do not depend on it.
 
 use super::raster::Window;
-use super::warp::{Field, Rect};
+use super::warp::{Rect, WarpField};
 use hedgehop_base::error::Result;
 
 /// A raster of samples that is read window by window.
@@ -52,7 +52,7 @@ pub(super) struct Tap {
 
 /// Shape of the weights.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Shape {
+pub(super) enum KernelShape {
     /// Tent alone.
     Tent,
     /// Tent and, where pixels are coarser than voxels, cubic.
@@ -66,8 +66,8 @@ pub(super) enum Shape {
 /// Reads, splits and weighs.
 pub(super) struct Gather<'a, T> {
     pub samples: &'a dyn Samples<T>,
-    pub field: &'a Field,
-    pub shape: Shape,
+    pub field: &'a WarpField,
+    pub shape: KernelShape,
     /// Largest window, bytes.
     pub window_bytes: usize,
     /// Holds the window; grows up to `window_bytes`.
@@ -159,7 +159,7 @@ impl<T: Copy> Gather<'_, T> {
     }
 }
 
-impl Shape {
+impl KernelShape {
     /// Taps lie closer than this to the position, in pixels.
     fn reach(self, scale: f64) -> f64 {
         match self {
@@ -203,7 +203,7 @@ impl Axis {
         &mut self,
         position: f64,
         scale: f64,
-        shape: Shape,
+        shape: KernelShape,
         (start, count): (u32, u32),
         size: u32,
     ) -> bool {
@@ -234,7 +234,7 @@ impl Axis {
 
     /// Gives the weights of pixels beyond the raster's edge to the last two within, as if heights went on straight. Beyond the outermost posts the
     /// kernel stays clipped, for the neighbouring tile to complete it.
-    fn complete(&mut self, position: f64, shape: Shape, start: u32, size: u32) {
+    fn complete(&mut self, position: f64, shape: KernelShape, start: u32, size: u32) {
         let last = i64::from(size) - 1;
         if !(position >= 0.0 && position <= last as f64) {
             return;
@@ -313,7 +313,7 @@ mod tests {
     use glam::DVec2;
 
     use super::*;
-    use crate::warp::{Placement, locate};
+    use crate::warp::{RasterPlacement, locate};
     use hedgehop::voxel::Grid;
     use hedgehop_geo::{Crs, Transform};
 
@@ -340,10 +340,10 @@ mod tests {
         }
     }
 
-    fn totals(pixel: f64, shape: Shape, window_bytes: usize) -> Totals {
+    fn totals(pixel: f64, shape: KernelShape, window_bytes: usize) -> Totals {
         let local = Transform::new(&Crs::local(), &Crs::local()).unwrap();
         let size = ((400.0 / pixel) as u32, (300.0 / pixel) as u32);
-        let placement = Placement::new(local, &[0.0, pixel, 0.0, 300.0, 0.0, -pixel], size).unwrap();
+        let placement = RasterPlacement::new(local, &[0.0, pixel, 0.0, 300.0, 0.0, -pixel], size).unwrap();
         let grid = Grid { nx: 40, ny: 30, spacing: 9.7, origin: DVec2::new(3.0, 2.0) };
         let field = locate(&placement, &grid, Rect { x0: 0, y0: 0, x1: 40, y1: 30 });
         let mut totals = Totals(vec![(0.0, 0.0); field.rect.len()]);
@@ -357,7 +357,7 @@ mod tests {
     #[test]
     fn weights_sum_to_one_within_the_raster() {
         for pixel in [0.7, 4.0, 9.7, 20.0, 50.0] {
-            for shape in [Shape::Tent, Shape::Cubic, Shape::Bicubic, Shape::Spline] {
+            for shape in [KernelShape::Tent, KernelShape::Cubic, KernelShape::Bicubic, KernelShape::Spline] {
                 let totals = totals(pixel, shape, usize::MAX);
                 let middle = totals.0[15 * 40 + 20];
                 assert!((middle.0 - 1.0).abs() < 1e-9 && (middle.1 - 1.0).abs() < 1e-9, "{pixel} {middle:?}");
@@ -369,9 +369,9 @@ mod tests {
     #[test]
     fn windows_of_any_size_give_the_same_sums() {
         for pixel in [0.3, 9.7, 50.0] {
-            let whole = totals(pixel, Shape::Tent, usize::MAX);
+            let whole = totals(pixel, KernelShape::Tent, usize::MAX);
             for bytes in [1, 64, 4096] {
-                assert!(totals(pixel, Shape::Tent, bytes) == whole, "{pixel} m, {bytes} bytes");
+                assert!(totals(pixel, KernelShape::Tent, bytes) == whole, "{pixel} m, {bytes} bytes");
             }
         }
     }

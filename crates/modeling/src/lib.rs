@@ -53,7 +53,7 @@ mod writing;
 pub use bake::{Baked, Baking, bake_shadows, check_shadows};
 pub use build::{BuildReport, Outline, build, check_name, check_output, outline};
 pub use corridor::{Corridor, Place, Route};
-pub use extract::{Part, extract};
+pub use extract::{ExtractPart, extract};
 pub use inputs::{Input, faults};
 pub use land_cover::{LandCoverFile, Scheme};
 pub use materials::{Finish, Materials};

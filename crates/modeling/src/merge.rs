@@ -34,7 +34,7 @@ const MOST_BETWEEN: u64 = 16;
 
 /// Databases that lie on one grid, the first in front.
 pub struct Merger<'s> {
-    layers: Vec<Layer<'s>>,
+    layers: Vec<MergeLayer<'s>>,
     grid: Grid,
     heights: HeightCode,
     metadata: Metadata,
@@ -43,7 +43,7 @@ pub struct Merger<'s> {
 }
 
 /// One of the databases.
-struct Layer<'s> {
+struct MergeLayer<'s> {
     source: &'s dyn PageSource,
     /// First voxel, and the one behind the last.
     first: [i64; 2],
@@ -91,7 +91,7 @@ pub struct Merged {
 
 /// A voxel of level 1, of bare ground or of the surface.
 #[derive(Debug, Clone, Copy)]
-struct Voxel {
+struct MergedVoxel {
     /// Database that it is of; `None`: it has no surface.
     owner: Option<usize>,
     height: u16,
@@ -101,12 +101,12 @@ struct Voxel {
 
 /// The block that was looked at last: database, and column and row of blocks.
 #[derive(Default)]
-struct Known {
+struct KnownPage {
     block: Option<(usize, [u32; 2])>,
     spans: BlockSpans,
 }
 
-const NOTHING: Voxel = Voxel {
+const NOTHING: MergedVoxel = MergedVoxel {
     owner: None,
     height: HeightCode::EMPTY,
     colour: [0; 3],
@@ -176,7 +176,7 @@ impl<'s> Merger<'s> {
             metadata.notes.extend(own.metadata.notes.iter().cloned());
             voxels += u64::from(own.grid.nx) * u64::from(own.grid.ny);
             let end = [corner[0] + i64::from(own.grid.nx), corner[1] + i64::from(own.grid.ny)];
-            layers.push(Layer { source: *source, first: corner, end, sources });
+            layers.push(MergeLayer { source: *source, first: corner, end, sources });
         }
 
         metadata.notes.push(format!("merged from {} databases", layers.len()));
@@ -311,7 +311,7 @@ impl<'s> Merger<'s> {
 
         if is_bare {
             let rise = SpanTable::rise(self.heights, self.grid.spacing);
-            let (mut failed, mut known) = (None, Known::default());
+            let (mut failed, mut known) = (None, KnownPage::default());
             spans = SpanTable::new((width, height), rise, |x, y, all| {
                 let at = [i64::from(id.px * PAGE_SIDE + x), i64::from(id.py * PAGE_SIDE + y)];
                 if let Err(error) = self.add_spans(voxels[place(x, y)].owner, at, &mut known, all) {
@@ -351,8 +351,8 @@ impl<'s> Merger<'s> {
     }
 
     /// The voxel of the first database with a surface there.
-    fn voxel(&self, x: i64, y: i64, is_bare: bool) -> Result<Voxel> {
-        let mut found: Option<(usize, Voxel)> = None;
+    fn voxel(&self, x: i64, y: i64, is_bare: bool) -> Result<MergedVoxel> {
+        let mut found: Option<(usize, MergedVoxel)> = None;
         for index in (0..self.layers.len()).filter(|index| self.layers[*index].covers(x, y)) {
             let Some(voxel) = self.of_layer(index, x, y, is_bare)? else { continue };
             let Some((front, own)) = found else {
@@ -369,7 +369,7 @@ impl<'s> Merger<'s> {
     }
 
     /// A voxel of a database; `None` where it has no surface.
-    fn of_layer(&self, index: usize, x: i64, y: i64, is_bare: bool) -> Result<Option<Voxel>> {
+    fn of_layer(&self, index: usize, x: i64, y: i64, is_bare: bool) -> Result<Option<MergedVoxel>> {
         let layer = &self.layers[index];
         let [column, row] = [x - layer.first[0], y - layer.first[1]].map(|at| at as u32);
         let id = PageId { level: 0, px: column / PAGE_SIDE, py: row / PAGE_SIDE };
@@ -384,11 +384,11 @@ impl<'s> Merger<'s> {
         let (sample, mut attributes) = (view.sample(column, row), view.attributes_at(column, row));
         attributes.source += layer.sources;
         let height = self.code(layer, view.heights[sample]);
-        Ok(Some(Voxel { owner: Some(index), height, colour: view.colours[sample], attributes }))
+        Ok(Some(MergedVoxel { owner: Some(index), height, colour: view.colours[sample], attributes }))
     }
 
     /// A database's height code as one of the whole.
-    fn code(&self, layer: &Layer<'_>, code: u16) -> u16 {
+    fn code(&self, layer: &MergeLayer<'_>, code: u16) -> u16 {
         let own = layer.source.header().heights;
         match own.decode(code) {
             Some(height) if own != self.heights => self.heights.encode(height),
@@ -401,7 +401,7 @@ impl<'s> Merger<'s> {
         &self,
         owner: Option<usize>,
         [x, y]: [i64; 2],
-        known: &mut Known,
+        known: &mut KnownPage,
         all: &mut Vec<Span>,
     ) -> Result<()> {
         let Some(index) = owner else { return Ok(()) };
@@ -446,16 +446,16 @@ impl<'s> Merger<'s> {
         nearest.map_or(1.0, |distance| ((distance as f64 + 0.5) * self.grid.spacing / self.feather).min(1.0))
     }
 
-    fn blended(&self, own: &Voxel, other: &Voxel, share: f64) -> Voxel {
+    fn blended(&self, own: &MergedVoxel, other: &MergedVoxel, share: f64) -> MergedVoxel {
         let mix = |own: f64, other: f64| (share * own + (1.0 - share) * other).round();
         let height = mix(f64::from(own.height), f64::from(other.height)) as u16;
         let colour =
             [0, 1, 2].map(|band| mix(f64::from(own.colour[band]), f64::from(other.colour[band])) as u8);
-        Voxel { height, colour, ..*own }
+        MergedVoxel { height, colour, ..*own }
     }
 }
 
-impl Layer<'_> {
+impl MergeLayer<'_> {
     fn covers(&self, x: i64, y: i64) -> bool {
         (self.first[0]..self.end[0]).contains(&x) && (self.first[1]..self.end[1]).contains(&y)
     }

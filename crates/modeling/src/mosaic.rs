@@ -16,13 +16,13 @@
 //! no void then have the weights of the rounded one.
 
 use super::feather::{FEATHER, Feather, Ramps, SheetShare, Sheets};
-use super::kernel::{Accumulate, Gather, Samples, Shape, Tap};
+use super::kernel::{Accumulate, Gather, KernelShape, Samples, Tap};
 use super::options::Interpolation;
 use super::placed::ElevationInput;
 use super::raster::Window;
 use super::scan::Survey;
 use super::synthetic::{Detail, Refinement};
-use super::warp::{self, Field, LevelGrid, Rect, TOLERANCE};
+use super::warp::{self, LevelGrid, Rect, TOLERANCE, WarpField};
 use hedgehop_base::error::Result;
 
 /// Marks a voxel outside of all rasters.
@@ -68,7 +68,7 @@ pub(super) struct Mosaic<'a> {
 }
 
 /// One source's sums over a band of voxels.
-struct Layer {
+struct MosaicLayer {
     source: u16,
     sums: Vec<f64>,
     valid: Vec<f64>,
@@ -81,7 +81,7 @@ struct Layer {
     covered: Vec<bool>,
 }
 
-impl Accumulate<f64> for Layer {
+impl Accumulate<f64> for MosaicLayer {
     fn tap(&mut self, voxel: usize, tap: Tap, height: f64) {
         self.inside[voxel] += tap.tent;
         if !height.is_nan() {
@@ -110,7 +110,7 @@ impl Mosaic<'_> {
         let grid = self.level.grid;
         let mut near = (0_u16..).zip(self.sources).filter(|(_, source)| rect.meets(&source.reach, &grid));
         let Some((index, source)) = near.next() else { return Ok(None) };
-        let is_plain = self.shape(source) == Shape::Tent && self.refinement(index).is_none();
+        let is_plain = self.shape(source) == KernelShape::Tent && self.refinement(index).is_none();
 
         // Where another one lies below, this one fades out towards where it ends.
         let margin = if near.next().is_some() { FEATHER } else { 0 };
@@ -158,7 +158,7 @@ impl Mosaic<'_> {
     }
 
     /// Sums of the sources that matter in a band: down to where nothing is missing and nothing fades.
-    fn layers(&mut self, band: Rect) -> Result<Vec<Layer>> {
+    fn layers(&mut self, band: Rect) -> Result<Vec<MosaicLayer>> {
         let mut layers = Vec::new();
         let is_near = |source: &&ElevationInput| band.meets(&source.reach, &self.level.grid);
         let is_alone = self.sources.iter().filter(is_near).nth(1).is_none();
@@ -185,7 +185,7 @@ impl Mosaic<'_> {
     }
 
     /// Returns how far inside a source voxels lie.
-    fn ramps(&self, index: usize, field: &Field) -> Result<Ramps> {
+    fn ramps(&self, index: usize, field: &WarpField) -> Result<Ramps> {
         let sources = self.sources;
         let samples = |index: usize| Some(sources[index].samples.as_ref());
         let (sheets, window_bytes) = (&self.sheets, self.window_bytes);
@@ -193,15 +193,15 @@ impl Mosaic<'_> {
     }
 
     /// Sums of one source, rounded and with detail where these are asked for and voxels are finer than its posts.
-    fn layer(&mut self, index: u16, source: &ElevationInput, field: &Field) -> Result<Layer> {
+    fn layer(&mut self, index: u16, source: &ElevationInput, field: &WarpField) -> Result<MosaicLayer> {
         let (shape, refinement) = (self.shape(source), self.refinement(index));
         let posts = source.samples.as_ref();
-        let mut layer = Layer::new(index, field, posts.size(), shape != Shape::Tent);
+        let mut layer = MosaicLayer::new(index, field, posts.size(), shape != KernelShape::Tent);
         if let Some(refinement) = &refinement {
             self.gather(&refinement.posts(posts), field, shape, &mut layer)?;
             layer.finish(source, &self.level, field);
-            let mut waves = Layer::new(index, field, posts.size(), false);
-            self.gather(&refinement.amplitudes(posts), field, Shape::Tent, &mut waves)?;
+            let mut waves = MosaicLayer::new(index, field, posts.size(), false);
+            self.gather(&refinement.amplitudes(posts), field, KernelShape::Tent, &mut waves)?;
             layer.refine(refinement, &waves, field);
         } else {
             self.gather(posts, field, shape, &mut layer)?;
@@ -209,7 +209,7 @@ impl Mosaic<'_> {
         }
 
         let range = self.surveys.get(usize::from(index)).and_then(|survey| survey.range);
-        if let Some((low, high)) = range.filter(|_| shape != Shape::Tent || refinement.is_some()) {
+        if let Some((low, high)) = range.filter(|_| shape != KernelShape::Tent || refinement.is_some()) {
             let room = room(source, (low, high), self.interpolation, self.detail.as_ref());
             layer.confine(source, (low - room, high + room));
         }
@@ -220,20 +220,20 @@ impl Mosaic<'_> {
     fn gather(
         &mut self,
         samples: &dyn Samples<f64>,
-        field: &Field,
-        shape: Shape,
-        layer: &mut Layer,
+        field: &WarpField,
+        shape: KernelShape,
+        layer: &mut MosaicLayer,
     ) -> Result<()> {
         Gather { samples, field, shape, window_bytes: self.window_bytes, window: &mut self.window }.run(layer)
     }
 
     /// Kernel for a source's heights.
-    fn shape(&self, source: &ElevationInput) -> Shape {
+    fn shape(&self, source: &ElevationInput) -> KernelShape {
         match self.interpolation {
-            _ if self.level.grid.spacing >= source.pixel_side => Shape::Tent,
-            Interpolation::Linear => Shape::Tent,
-            Interpolation::Bicubic => Shape::Bicubic,
-            Interpolation::Spline => Shape::Spline,
+            _ if self.level.grid.spacing >= source.pixel_side => KernelShape::Tent,
+            Interpolation::Linear => KernelShape::Tent,
+            Interpolation::Bicubic => KernelShape::Bicubic,
+            Interpolation::Spline => KernelShape::Spline,
         }
     }
 
@@ -255,8 +255,8 @@ pub(super) fn room(
     overshoot + detail.map_or(0.0, |detail| detail.most(source.pixel_side))
 }
 
-impl Layer {
-    fn new(source: u16, field: &Field, size: (u32, u32), is_rounded: bool) -> Self {
+impl MosaicLayer {
+    fn new(source: u16, field: &WarpField, size: (u32, u32), is_rounded: bool) -> Self {
         let none = vec![0.0; field.rect.len()];
         let places = field.columns.iter().zip(&field.rows);
         let on_area =
@@ -273,7 +273,7 @@ impl Layer {
     }
 
     /// Turns sums into means above the database's datum.
-    fn finish(&mut self, source: &ElevationInput, level: &LevelGrid, field: &Field) {
+    fn finish(&mut self, source: &ElevationInput, level: &LevelGrid, field: &WarpField) {
         for (voxel, (sum, weight)) in self.rounded.iter().flatten().enumerate() {
             if sum.is_finite() && *weight > 0.0 {
                 self.sums[voxel] = *sum;
@@ -290,7 +290,7 @@ impl Layer {
     }
 
     /// Adds detail to heights, `waves` being the height of its waves.
-    fn refine(&mut self, refinement: &Refinement, waves: &Self, field: &Field) {
+    fn refine(&mut self, refinement: &Refinement, waves: &Self, field: &WarpField) {
         for (voxel, height) in self.sums.iter_mut().enumerate() {
             if self.valid[voxel] > 0.0 && waves.valid[voxel] > 0.0 {
                 let amplitude = waves.sums[voxel] / waves.valid[voxel];
@@ -345,7 +345,7 @@ fn grown(window: Window, margin: u32) -> Window {
 const WHOLE: f64 = 1.0 - 1.0e-9;
 
 /// Height and source of a voxel from the layers, highest priority first.
-fn merge(layers: &[Layer], voxel: usize) -> (f64, u16) {
+fn merge(layers: &[MosaicLayer], voxel: usize) -> (f64, u16) {
     let (mut sum, mut taken, mut inside) = (0.0, 0.0, 0.0_f64);
     let (mut source, mut most) = (NOWHERE, 0.0);
     let (mut covered, mut sheet) = (false, SheetShare::default());

@@ -14,12 +14,12 @@ use std::collections::HashMap;
 use std::ops::Range;
 
 use super::census::Census;
-use super::cloud::Standees;
+use super::cloud::CloudSolids;
 use super::corridor::Stored;
 use super::drape::Drape;
 use super::feather::Sheets;
 use super::fill;
-use super::land_cover::{Cover, CoverInput, Sampler};
+use super::land_cover::{CoverInput, LandCover, Sampler};
 use super::materials::Materials;
 use super::mosaic::{Mosaic, Surface};
 use super::object::Objects;
@@ -27,7 +27,7 @@ use super::options::{Interpolation, NodataFill};
 use super::placed::{ElevationInput, ImageryInput};
 use super::placing::{Placed, Raised, covered, on_page};
 use super::scan::Survey;
-use super::standing::{Built, Standing, Tiles};
+use super::standing::{Built, FeatureSolids, Tiles};
 use super::synthetic::{self, Synthetic};
 use super::tint::Tint;
 use super::warp::{self, LevelGrid, Rect};
@@ -55,9 +55,9 @@ pub(super) struct Project<'a> {
     pub synthetic: &'a Synthetic,
     pub interpolation: Interpolation,
     /// `None`: nothing stands or lies on the ground.
-    pub standing: Option<&'a Standing>,
+    pub standing: Option<&'a FeatureSolids>,
     /// The same for what point clouds show.
-    pub standees: Option<&'a Standees>,
+    pub standees: Option<&'a CloudSolids>,
     /// The same for models.
     pub objects: Option<&'a Objects>,
     /// Objects that stand in many places.
@@ -78,14 +78,14 @@ pub(super) struct PageMaker<'a> {
 }
 
 /// The surface around a block after filling.
-struct Ground {
+struct PageGround {
     surface: Surface,
     /// Voxels that the sources left void.
     voids: Vec<bool>,
 }
 
 /// A block of voxels, and which of them the sources left void.
-struct Made {
+struct MadePage {
     voxels: VoxelBlock,
     voids: Vec<bool>,
     /// Bare ground, where something stands on it.
@@ -272,7 +272,7 @@ impl<'a> PageMaker<'a> {
 
         if avoids || asks {
             let covers = self.cover.over(wide, self.level.level)?;
-            let is_water = |cover: &Cover| cover.material == Material::Water.code();
+            let is_water = |cover: &LandCover| cover.material == Material::Water.code();
             changed.iter_mut().zip(&covers).for_each(|(changed, cover)| *changed = avoids && is_water(cover));
             if asks {
                 materials = self.materials(wide, &covers, built.as_ref());
@@ -318,7 +318,7 @@ impl<'a> PageMaker<'a> {
     }
 
     /// Voxels over `rect` of the level.
-    fn block(&mut self, rect: Rect) -> Result<Made> {
+    fn block(&mut self, rect: Rect) -> Result<MadePage> {
         // Slopes need a voxel around.
         let around = rect.grown(1, &self.level.grid);
         let mut ground = self.ground(around)?;
@@ -332,7 +332,7 @@ impl<'a> PageMaker<'a> {
             None => self.draped(rect, (around, &ground), built.as_mut())?,
         };
         let voids = rect.rows_in(around).map(|row| &ground.voids[row]).collect::<Vec<_>>().concat();
-        let mut made = Made { voids, voxels, bare: None };
+        let mut made = MadePage { voids, voxels, bare: None };
         for (at, share, colour) in self.project.synthetic.water(&self.level, rect) {
             let colour = self.project.materials.moved(Material::Water, colour);
             synthetic::flood(&mut made.voxels, at, share, colour);
@@ -346,7 +346,7 @@ impl<'a> PageMaker<'a> {
     }
 
     /// Mosaic and fill.
-    fn ground(&mut self, rect: Rect) -> Result<Ground> {
+    fn ground(&mut self, rect: Rect) -> Result<PageGround> {
         let mut surface = self.mosaic.surface(rect)?;
         let voids = surface.voids();
         match self.project.fill {
@@ -375,7 +375,7 @@ impl<'a> PageMaker<'a> {
         }
 
         self.project.synthetic.shape(&self.level, rect, &mut surface.heights);
-        Ok(Ground { surface, voids })
+        Ok(PageGround { surface, voids })
     }
 
     /// A source's coarse surface at a voxel, above the database's datum.
@@ -401,7 +401,7 @@ impl MadePage {
     }
 }
 
-impl Made {
+impl MadePage {
     /// Counts over voxels at places of the block.
     fn census(&self, rows: impl Iterator<Item = Range<usize>>) -> Census {
         let mut census = Census::default();

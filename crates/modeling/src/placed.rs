@@ -1,12 +1,12 @@
 //! The rasters of a build, placed in the database's grid.
 
-use super::footprint::{Bounds, Footprint};
+use super::footprint::{Bounds, RasterFootprint};
 use super::inputs::Opened;
 use super::kernel::Samples;
 use super::plan::Plan;
 use super::synthetic::Lattice;
 use super::vertical::Shift;
-use super::warp::Placement;
+use super::warp::RasterPlacement;
 use hedgehop_base::error::{Error, Result};
 use hedgehop_geo::{Transform, VerticalDatum};
 
@@ -14,7 +14,7 @@ use hedgehop_geo::{Transform, VerticalDatum};
 pub(super) struct ElevationInput {
     pub samples: Box<dyn Samples<f64>>,
     pub block: (u32, u32),
-    pub placement: Placement,
+    pub placement: RasterPlacement,
     /// Shift that brings its heights to the database's datum.
     pub shift: Shift,
     /// Side of a pixel at its centre, metres; infinite where that has no place in the database's system.
@@ -28,7 +28,7 @@ pub(super) struct ElevationInput {
 /// Imagery, placed in the database's grid.
 pub(super) struct ImageryInput {
     pub samples: Box<dyn Samples<[u8; 4]>>,
-    pub placement: Placement,
+    pub placement: RasterPlacement,
     /// Side of its pixels, as of elevation.
     pub pixel_side: f64,
     pub reach: Bounds,
@@ -64,9 +64,9 @@ impl ImageryInput {
 
 impl<T> Opened<T> {
     /// Finds how it lies in the grid, and what it can reach.
-    pub fn place(&self, plan: &Plan) -> Result<(Placement, Bounds)> {
+    pub fn place(&self, plan: &Plan) -> Result<(RasterPlacement, Bounds)> {
         let size = self.samples.size();
-        let placement = Placement::new(Transform::new(&plan.crs, &self.crs)?, &self.geo, size)
+        let placement = RasterPlacement::new(Transform::new(&plan.crs, &self.crs)?, &self.geo, size)
             .ok_or_else(|| Error::invalid(&self.path, "its geotransform maps the raster onto a line"))?;
         // Room for the curve between the points that bound it, and for kernels that hang over its edge.
         const ROOM: f64 = 0.05;
@@ -74,11 +74,11 @@ impl<T> Opened<T> {
         let room = |low: f64, high: f64| ROOM * (high - low) + 2.0 * widest;
         let everywhere = [f64::NEG_INFINITY, f64::NEG_INFINITY, f64::INFINITY, f64::INFINITY];
         let reach = match self.footprint(&plan.crs)? {
-            Footprint::Whole([west, south, east, north]) => {
+            RasterFootprint::Whole([west, south, east, north]) => {
                 let (x, y) = (room(west, east), room(south, north));
                 [west - x, south - y, east + x, north + y]
             }
-            Footprint::Partial(_) | Footprint::Nowhere => everywhere,
+            RasterFootprint::Partial(_) | RasterFootprint::Nowhere => everywhere,
         };
         Ok((placement, reach))
     }

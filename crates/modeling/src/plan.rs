@@ -17,7 +17,7 @@ use std::path::Path;
 use glam::DVec2;
 
 use super::corridor::{self, Corridors, Stored};
-use super::footprint::{self, Bounds, Footprint, joined};
+use super::footprint::{self, Bounds, RasterFootprint, joined};
 use super::inputs::{Input, Inputs, Opened, crs_label};
 use super::options::BuildOptions;
 use super::vertical::{self, Shift};
@@ -261,7 +261,8 @@ fn is_mercator(crs: &Crs) -> bool {
 fn finest_spacing(elevation: &[Opened<f64>], bbox: Option<Bounds>, crs: &Crs) -> Result<f64> {
     // What lies elsewhere says nothing of this area.
     let meets = |raster: &Opened<f64>| -> Result<bool> {
-        let (Some([west, south, east, north]), Footprint::Whole(own)) = (bbox, raster.footprint(crs)?) else {
+        let (Some([west, south, east, north]), RasterFootprint::Whole(own)) = (bbox, raster.footprint(crs)?)
+        else {
             return Ok(true);
         };
         Ok(own[0] < east && own[2] > west && own[1] < north && own[3] > south)
@@ -298,7 +299,9 @@ fn worth_it(elevation: &[Opened<f64>], (bbox, spacing): (Option<Bounds>, f64), c
     let (mut voxels, mut pixels) = (0.0, 0.0);
     let (mut finest, mut coarsest): (Option<(f64, &Path)>, f64) = (None, 0.0);
     for raster in elevation {
-        let (Footprint::Whole(own) | Footprint::Partial(own)) = raster.footprint(crs)? else { continue };
+        let (RasterFootprint::Whole(own) | RasterFootprint::Partial(own)) = raster.footprint(crs)? else {
+            continue;
+        };
         let side = raster.pixel_side(crs)?.unwrap_or(spacing);
         let [west, south, east, north] = bbox.map_or(own, |bbox| common(own, bbox));
         let area = (east - west).max(0.0) * (north - south).max(0.0);
@@ -354,7 +357,7 @@ fn rounded(value: f64) -> f64 {
 fn union(rasters: &[Opened<f64>], crs: &Crs) -> Result<Bounds> {
     let mut all: Option<Bounds> = None;
     for raster in rasters {
-        if let Footprint::Whole(bounds) | Footprint::Partial(bounds) = raster.footprint(crs)? {
+        if let RasterFootprint::Whole(bounds) | RasterFootprint::Partial(bounds) = raster.footprint(crs)? {
             all = Some(joined(all.unwrap_or(bounds), bounds));
         }
     }

@@ -5,13 +5,13 @@ use super::inputs::{Inputs, Opened};
 use super::options::BuildOptions;
 use super::plan::Plan;
 use super::synthetic::Synthetic;
-use super::warp::{LevelGrid, Placement, Rect};
+use super::warp::{LevelGrid, RasterPlacement, Rect};
 use hedgehop::voxel::{APRON, Grid, PAGE_SIDE, PageId};
 use hedgehop_base::error::Result;
 
 /// An elevation raster in the grid.
-struct Sheet {
-    placement: Placement,
+struct ReachSheet {
+    placement: RasterPlacement,
     size: (u32, u32),
     reach: Bounds,
 }
@@ -19,7 +19,7 @@ struct Sheet {
 /// Bounds of the inputs, which tell the pages they reach.
 #[derive(Default)]
 pub(super) struct Reach {
-    elevation: Vec<Sheet>,
+    elevation: Vec<ReachSheet>,
     /// Bounds that imagery and land cover can reach.
     others: Vec<Bounds>,
     /// Something that has no bounds is everywhere.
@@ -37,7 +37,7 @@ impl Reach {
         }
         let sheet = |raster: &Opened<f64>| {
             let (placement, reach) = raster.place(plan)?;
-            Ok(Sheet { placement, size: raster.samples.size(), reach })
+            Ok(ReachSheet { placement, size: raster.samples.size(), reach })
         };
         let imagery = inputs.imagery.iter().map(|raster| Ok(raster.place(plan)?.1));
         let land_cover = inputs.land_cover.iter().map(|raster| Ok(raster.place(plan)?.1));
@@ -72,7 +72,7 @@ impl Reach {
         let own = rect_of(grid, id);
         let [low, high] = grid.page_square(id);
         let mut near = self.elevation.iter().filter(|sheet| own.meets(&sheet.reach, &level));
-        near.any(|Sheet { placement, size, .. }| {
+        near.any(|ReachSheet { placement, size, .. }| {
             let is_on = |at: f64, size: u32| (0.0..=f64::from(size) - 1.0).contains(&at);
             PLACES.iter().any(|share| {
                 let place = low + (high - low) * glam::DVec2::from_array(*share);

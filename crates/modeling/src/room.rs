@@ -29,7 +29,7 @@ const BAND: u32 = 8;
 
 /// Files that a build writes, and where.
 #[derive(Clone, Copy)]
-pub(super) struct Room<'a> {
+pub(super) struct DiskSpace<'a> {
     pub plan: &'a Plan,
     pub output: &'a Path,
     /// Whether something may stand on the ground.
@@ -40,14 +40,14 @@ pub(super) struct Room<'a> {
 
 /// Pages that are made, at the least.
 #[derive(Debug, Clone, Copy, Default)]
-struct Made {
+struct MadeFile {
     /// Bytes of all, with the gaps between them.
     placed: u64,
     /// Bytes of those that are set aside at once.
     aside: u64,
 }
 
-impl Room<'_> {
+impl DiskSpace<'_> {
     /// Bytes of the file at most, without objects and metadata. What stands on the ground has no most: a span on each voxel counts.
     pub fn most_bytes(&self) -> u64 {
         let bare = if self.builds { self.plan.stored.count(0) } else { 0 };
@@ -123,9 +123,9 @@ impl Room<'_> {
     }
 
     /// The pages of a level.
-    fn made(&self, level: u8) -> Made {
+    fn made(&self, level: u8) -> MadeFile {
         let tasks = self.plan.stored.tasks(level);
-        let (mut made, mut band, mut aside) = (Made::default(), 0, 0);
+        let (mut made, mut band, mut aside) = (MadeFile::default(), 0, 0);
         for id in (0..tasks.count()).map(|task| tasks.id(task)) {
             if id.py / BAND != band {
                 (band, aside) = (id.py / BAND, 0);

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::placed::ElevationInput;
 use super::plan::Plan;
 use super::raster::Window;
-use super::steps::{Keyer, SourceKeys, Steps};
+use super::steps::{BuildCache, Keyer, SourceKeys};
 use super::synthetic::Energies;
 use super::warp;
 use super::workers::in_order;
@@ -64,7 +64,7 @@ impl Coarse {
 pub(super) fn survey(
     sources: &[ElevationInput],
     plan: &Plan,
-    (steps, measure): (Option<(&Steps, &SourceKeys)>, bool),
+    (steps, measure): (Option<(&BuildCache, &SourceKeys)>, bool),
     threads: usize,
     observer: &dyn Observer,
 ) -> Result<Vec<Survey>> {
@@ -92,13 +92,13 @@ pub(super) fn survey(
                 return Ok(known);
             }
 
-            let mut total = Tally::new(source.samples.size());
+            let mut total = ScanTally::new(source.samples.size());
             in_order(
                 plan.count(),
                 threads,
                 observer,
                 Vec::new,
-                |samples, chunk| Tally::of(source, plan.window(chunk), measure, samples),
+                |samples, chunk| ScanTally::of(source, plan.window(chunk), measure, samples),
                 |_, tally| {
                     total.add(&tally);
                     observer.advance(1);
@@ -190,10 +190,10 @@ fn needed(source: &ElevationInput, plan: &Plan) -> Option<Window> {
 }
 
 /// Extremes and cell sums of some samples.
-struct Tally {
+struct ScanTally {
     range: (f64, f64),
     energies: Energies,
-    layout: Layout,
+    layout: ChunkLayout,
     /// First cell row of `cells`.
     first_row: usize,
     /// Sum and count per cell, whole rows of cells.
@@ -201,13 +201,13 @@ struct Tally {
 }
 
 #[derive(Clone, Copy)]
-struct Layout {
+struct ChunkLayout {
     columns: usize,
     rows: usize,
     pixels: (f64, f64),
 }
 
-impl Layout {
+impl ChunkLayout {
     fn new((width, height): (u32, u32)) -> Self {
         let pixels = (f64::from(width.max(height)) / f64::from(COARSE)).max(1.0);
         let count = |size: u32| (f64::from(size) / pixels).ceil().max(1.0) as usize;
@@ -221,8 +221,8 @@ impl Layout {
     }
 }
 
-impl Tally {
-    fn empty(layout: Layout, first_row: usize, rows: usize) -> Self {
+impl ScanTally {
+    fn empty(layout: ChunkLayout, first_row: usize, rows: usize) -> Self {
         Self {
             range: (f64::INFINITY, f64::NEG_INFINITY),
             energies: Energies::default(),
@@ -233,13 +233,13 @@ impl Tally {
     }
 
     fn new(size: (u32, u32)) -> Self {
-        let layout = Layout::new(size);
+        let layout = ChunkLayout::new(size);
         Self::empty(layout, 0, layout.rows)
     }
 
     fn of(source: &ElevationInput, window: Window, measure: bool, samples: &mut Vec<f64>) -> Result<Self> {
         source.samples.read(window, samples)?;
-        let layout = Layout::new(source.samples.size());
+        let layout = ChunkLayout::new(source.samples.size());
         let first_row = layout.row(window.y);
         let rows = layout.row(window.y + window.height - 1) - first_row + 1;
         let mut tally = Self::empty(layout, first_row, rows);

@@ -11,7 +11,7 @@ use glam::DVec2;
 
 use super::inputs::{Inputs, crs_label, file_name};
 use super::materials::Materials;
-use super::object::{BuiltIn, Form, ScatterFile};
+use super::object::{BuiltIn, ScatterFile, ScatterForm};
 use super::options::BuildOptions;
 use super::scan::Survey;
 use super::synthetic::Terrain;
@@ -68,9 +68,9 @@ fn models(options: &BuildOptions, grid: &Grid) -> Vec<SourceRecord> {
 
 /// A scatter by its forms.
 fn scattered(scatter: &ScatterFile, materials: &Materials) -> SourceRecord {
-    let form = |form: &Form| match form {
-        Form::File(path) => file_name(path),
-        Form::BuiltIn(form) => name(*form).to_owned(),
+    let form = |form: &ScatterForm| match form {
+        ScatterForm::File(path) => file_name(path),
+        ScatterForm::BuiltIn(form) => name(*form).to_owned(),
     };
     let forms: Vec<String> = scatter.forms.iter().map(form).collect();
     let mut description = format!("about {} m apart", (scatter.spacing_m * 10.0).round() / 10.0);
@@ -179,7 +179,7 @@ mod tests {
             object(&["m/tower.glb", "m/barn.obj"], 2),
             object(&["x.vox"], 1),
         ];
-        let forms = vec![Form::BuiltIn(BuiltIn::Conifer), Form::File("m/bush.obj".into())];
+        let forms = vec![ScatterForm::BuiltIn(BuiltIn::Conifer), ScatterForm::File("m/bush.obj".into())];
 
         let scatter = ScatterFile {
             forms,
@@ -193,7 +193,7 @@ mod tests {
         options.scatters = vec![
             scatter,
             ScatterFile {
-                forms: vec![Form::BuiltIn(BuiltIn::Rock)],
+                forms: vec![ScatterForm::BuiltIn(BuiltIn::Rock)],
                 scale: [2.0; 2],
                 ..ScatterFile::default()
             },

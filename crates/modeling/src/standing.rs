@@ -24,7 +24,7 @@ use super::groves::Groves;
 use super::page::{PageMaker, Project};
 use super::placing::{Collection, Placed};
 use super::plan::Plan;
-use super::steps::{Extent, Key, Keyer, Steps};
+use super::steps::{BuildCache, Extent, Key, Keyer};
 use super::warp::{LevelGrid, Rect};
 use super::workers::in_order;
 use hedgehop::voxel::{Grid, PAGE_SIDE};
@@ -41,7 +41,7 @@ const TILES: usize = 128;
 
 /// Features of a database, by where they are.
 #[derive(Debug, Default)]
-pub(super) struct Standing {
+pub(super) struct FeatureSolids {
     features: Vec<Feature>,
     /// Groves: their trees that are objects.
     groves: Groves,
@@ -89,13 +89,13 @@ pub(super) fn place(layers: &[(Layer, LayerOptions)], plan: &Plan) -> Result<(Ve
     Ok((placed, notes))
 }
 
-impl Standing {
+impl FeatureSolids {
     /// Finds out what each feature may change on ground that `natural` makes, up to `highest` metres high. Those that `steps` knows need not
     /// be bound for that; `ground` is the key of all elevation.
     pub fn new(
         features: Vec<Feature>,
         (natural, highest): (&Project<'_>, f64),
-        steps: Option<(&Steps, Key)>,
+        steps: Option<(&BuildCache, Key)>,
         threads: usize,
         observer: &dyn Observer,
     ) -> Result<Self> {

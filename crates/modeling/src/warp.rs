@@ -113,13 +113,13 @@ impl Rect {
 
 /// Placement of a raster in the database's reference system.
 #[derive(Debug)]
-pub(super) struct Placement {
+pub(super) struct RasterPlacement {
     /// Positions in the raster's system from those in the database's; `None` if they are the same.
     source_from_world: Option<Transform>,
     pixel_from_source: GeoTransform,
 }
 
-impl Placement {
+impl RasterPlacement {
     /// Places a raster of `size` pixels in the transform's target system; `None` if its geotransform is singular.
     pub fn new(
         source_from_world: Transform,
@@ -216,7 +216,7 @@ pub(super) fn invert(c: &GeoTransform) -> Option<GeoTransform> {
 
 /// Positions of a block's voxel centres in a raster.
 #[derive(Debug)]
-pub(super) struct Field {
+pub(super) struct WarpField {
     pub rect: Rect,
     /// Columns, whole numbers at pixel centres, row-major over `rect`; NaN where there is no position.
     pub columns: Vec<f64>,
@@ -226,7 +226,7 @@ pub(super) struct Field {
     scales: Vec<(f64, f64)>,
 }
 
-impl Field {
+impl WarpField {
     /// Pixels per voxel (along columns, along rows) around voxel (x, y).
     pub fn scale(&self, x: u32, y: u32) -> (f64, f64) {
         let cell = CELL as u32;
@@ -250,10 +250,10 @@ impl Field {
 }
 
 /// Locates the voxels of `rect` in the raster that lies at `placement`.
-pub(super) fn locate(placement: &Placement, grid: &Grid, rect: Rect) -> Field {
+pub(super) fn locate(placement: &RasterPlacement, grid: &Grid, rect: Rect) -> WarpField {
     let cell = CELL as u32;
     let unknown = vec![f64::NAN; rect.len()];
-    let field = Field { rect, columns: unknown.clone(), rows: unknown, scales: Vec::new() };
+    let field = WarpField { rect, columns: unknown.clone(), rows: unknown, scales: Vec::new() };
     let mut locator = Locator { placement, grid, field };
     for cell_y in rect.y0 / cell..rect.y1.div_ceil(cell) {
         for cell_x in rect.x0 / cell..rect.x1.div_ceil(cell) {
@@ -267,16 +267,16 @@ pub(super) fn locate(placement: &Placement, grid: &Grid, rect: Rect) -> Field {
 }
 
 struct Locator<'a> {
-    placement: &'a Placement,
+    placement: &'a RasterPlacement,
     grid: &'a Grid,
-    field: Field,
+    field: WarpField,
 }
 
-type Point = (f64, f64);
+type WarpPoint = (f64, f64);
 
 impl Locator<'_> {
     /// Exact position of the centre of a voxel, which may lie beyond the grid.
-    fn exact(&self, (i, j): (i64, i64)) -> Option<Point> {
+    fn exact(&self, (i, j): (i64, i64)) -> Option<WarpPoint> {
         let (x, y) = world(self.grid, i as f64 + 0.5, j as f64 + 0.5);
         self.placement.pixel_from_world(x, y)
     }
@@ -320,7 +320,7 @@ impl Locator<'_> {
         &mut self,
         columns: std::ops::Range<i64>,
         rows: std::ops::Range<i64>,
-        position: impl Fn(&Self, i64, i64) -> Option<Point>,
+        position: impl Fn(&Self, i64, i64) -> Option<WarpPoint>,
     ) {
         for j in rows {
             for i in columns.clone() {
@@ -334,9 +334,9 @@ impl Locator<'_> {
     }
 
     /// The bilinear patch over a block, if it is good enough.
-    fn patch(&self, (i, j): (i64, i64), side: i64, scale: (f64, f64)) -> Option<Patch> {
+    fn patch(&self, (i, j): (i64, i64), side: i64, scale: (f64, f64)) -> Option<WarpPatch> {
         let corner = |di, dj| self.exact((i + di, j + dj));
-        let patch = Patch {
+        let patch = WarpPatch {
             corners: [corner(0, 0)?, corner(side, 0)?, corner(0, side)?, corner(side, side)?],
             side: side as f64,
         };
@@ -359,13 +359,13 @@ pub(super) fn world(grid: &Grid, i: f64, j: f64) -> (f64, f64) {
 }
 
 /// Bilinear between four corners: south-west, south-east, north-west, north-east.
-struct Patch {
-    corners: [Point; 4],
+struct WarpPatch {
+    corners: [WarpPoint; 4],
     side: f64,
 }
 
-impl Patch {
-    fn at(&self, di: f64, dj: f64) -> Point {
+impl WarpPatch {
+    fn at(&self, di: f64, dj: f64) -> WarpPoint {
         let (u, v) = (di / self.side, dj / self.side);
         let weights = [(1.0 - u) * (1.0 - v), u * (1.0 - v), (1.0 - u) * v, u * v];
         self.corners
@@ -383,11 +383,11 @@ mod tests {
     use hedgehop_geo::Crs;
 
     /// One-degree tile in UTM, three arc seconds.
-    fn tile() -> (Placement, Grid) {
+    fn tile() -> (RasterPlacement, Grid) {
         let transform = Transform::new(&Crs::from_epsg(32633).unwrap(), &Crs::wgs84()).unwrap();
         let pixel = 1.0 / 1200.0;
         let placement =
-            Placement::new(transform, &[15.0, pixel, 0.0, 71.0, 0.0, -pixel], (1200, 1200)).unwrap();
+            RasterPlacement::new(transform, &[15.0, pixel, 0.0, 71.0, 0.0, -pixel], (1200, 1200)).unwrap();
         (placement, Grid { nx: 700, ny: 1300, spacing: 90.0, origin: DVec2::new(500_000.0, 7_760_000.0) })
     }
 

@@ -3,7 +3,7 @@
 use super::census::Census;
 use super::corridor::Tasks;
 use super::page::{FromSources, MadePage, PageMaker, Project};
-use super::steps::{Aside, Key, Made, PageKeys, Reused, Steps};
+use super::steps::{Aside, BuildCache, Key, MadeRecord, PageKeys, Reused};
 use super::workers::in_order;
 use hedgehop::voxel::{
     EarlierPage, EncodedPage, PageEntry, PageId, PageReadback, PageWriter, Shelf, sparse_page,
@@ -12,7 +12,7 @@ use hedgehop_base::error::{Error, Result};
 use hedgehop_base::progress::Observer;
 
 /// Steps of builds before, and the keys of this one's pages.
-pub(super) type Trace<'a> = (&'a Steps, &'a PageKeys<'a>);
+pub(super) type Trace<'a> = (&'a BuildCache, &'a PageKeys<'a>);
 
 /// Pages that were written so far.
 #[derive(Debug, Default)]
@@ -24,7 +24,7 @@ pub(super) struct Written {
     /// Pages of these that a build before made.
     pub reused: u64,
     /// Pages of these that are not noted as steps: they may be set aside still.
-    pending: Vec<Made>,
+    pending: Vec<MadeRecord>,
 }
 
 /// A page that is ready.
@@ -149,8 +149,10 @@ fn write_level(
                 aside.as_mut().map_or(Ok(()), Aside::clear)?;
             }
 
-            let set_aside =
-                made.into_iter().zip(places).filter_map(|(made, entry)| Some(Made { entry: entry?, ..made }));
+            let set_aside = made
+                .into_iter()
+                .zip(places)
+                .filter_map(|(made, entry)| Some(MadeRecord { entry: entry?, ..made }));
             aside.as_mut().map_or(Ok(()), |aside| aside.note(set_aside))
         },
     )
@@ -158,12 +160,12 @@ fn write_level(
 
 impl Written {
     /// Counts a page, and that of bare ground. What is to be noted of them once they have their place.
-    fn take(&mut self, ready: &Ready) -> Vec<Made> {
+    fn take(&mut self, ready: &Ready) -> Vec<MadeRecord> {
         self.census.add(&ready.census);
         self.pages += 1;
         self.reused += u64::from(matches!(ready.page, Page::Reused(_)));
         let Some(key) = ready.key else { return Vec::new() };
-        let made = |page: &Page, census, has_bare| Made {
+        let made = |page: &Page, census, has_bare| MadeRecord {
             id: page.id(),
             entry: PageEntry::default(),
             key,
@@ -182,7 +184,7 @@ impl Written {
         let mut noted = Vec::new();
         self.pending.retain(|made| {
             let entry = written.entry(made.id);
-            noted.extend(entry.map(|entry| Made { entry, ..*made }));
+            noted.extend(entry.map(|entry| MadeRecord { entry, ..*made }));
             entry.is_none()
         });
         steps.made(&noted)

@@ -182,7 +182,7 @@ pub(super) enum Position {
 
 /// The columns that are read.
 #[derive(Debug)]
-pub(super) struct Columns {
+pub(super) struct CsvColumns {
     pub format: &'static str,
     pub time: CsvColumn,
     pub horizontal: Position,
@@ -201,7 +201,7 @@ enum Meaning {
     Other,
 }
 
-impl Columns {
+impl CsvColumns {
     pub fn understand(source: &PathSource<'_>, line: u64, header: &StringRecord) -> Result<Self> {
         if header.iter().all(|cell| cell.is_empty() || cell.parse::<f64>().is_ok()) {
             return Err(source.at_line(

@@ -8,7 +8,7 @@ mod samples;
 
 use csv::{ReaderBuilder, StringRecord, Trim};
 
-use self::columns::{Columns, CsvColumn, Quantity};
+use self::columns::{CsvColumn, CsvColumns, Quantity};
 pub(crate) use self::samples::{Wanted, read_columns};
 use super::raw::{PathSource, RawFix, Reading};
 use super::timestamp::unix_seconds;
@@ -39,7 +39,7 @@ pub(super) fn read(source: &PathSource<'_>, text: &str) -> Result<Reading> {
     };
 
     let line_of = |record: &StringRecord| record.position().map_or(0, csv::Position::line);
-    let columns = Columns::understand(source, line_of(&header), &header)?;
+    let columns = CsvColumns::understand(source, line_of(&header), &header)?;
     let mut table = Table { source, columns: &columns, named: header.len() };
     let mut fixes = Vec::new();
     for record in records {
@@ -68,7 +68,7 @@ fn delimiter(text: &str) -> u8 {
 
 struct Table<'a> {
     source: &'a PathSource<'a>,
-    columns: &'a Columns,
+    columns: &'a CsvColumns,
     named: usize,
 }
 

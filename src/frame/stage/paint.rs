@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::air::Air;
 use crate::raymarch::scan::{PlaneGroup, Profile, SampleLine};
-use crate::sensor::radiance::{Crossings, ImageLine, LineSampler, Place, PlanesAbove};
+use crate::sensor::radiance::{Crossings, ImageLine, LineSampler, PlanesAbove, TexelPlace};
 use crate::simd::{Floats, Isa, Kernel, LANES, Simd, Sixteen};
 use crate::voxel::Grid;
 use hedgehop_base::error::Result;
@@ -78,7 +78,7 @@ impl<const WEATHER: bool> Kernel for Painting<'_, '_, WEATHER> {
         let mut crossings = painter.sampler.under(simd, &planes);
         let (air, forward) = (painter.air, group.forward as i64);
         let sights = profile.sights();
-        let mut ahead = [[Place::default(); 2]; AHEAD];
+        let mut ahead = [[TexelPlace::default(); 2]; AHEAD];
         for (places, sight) in ahead.iter_mut().zip(sights) {
             *places = seek(&mut crossings, &sight.line, forward)?;
         }
@@ -133,7 +133,7 @@ fn seek<V: Simd>(
     crossings: &mut Crossings<'_, '_, V>,
     mark: &SampleLine,
     forward: i64,
-) -> Result<[Place; 2]> {
+) -> Result<[TexelPlace; 2]> {
     let line = ImageLine { level: mark.level, index: mark.line, span: mark.span, distance: mark.distance };
     let place = crossings.seek(line)?;
     if mark.share < 1.0 {

@@ -106,7 +106,7 @@ pub(in crate::objects) struct PixelRays<'a, const N: usize> {
 
 /// Rays of the first sixteen that meet a shape.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::objects) struct Met {
+pub(in crate::objects) struct MetRays {
     pub all: u16,
     /// Rays that meet it surely before the ground, and surely behind it.
     pub before: u16,
@@ -114,16 +114,16 @@ pub(in crate::objects) struct Met {
 }
 
 impl<const N: usize> Kernel for PixelRays<'_, N> {
-    type Output = Met;
+    type Output = MetRays;
 
     #[inline(always)]
-    fn run<V: Simd>(self, simd: V) -> Met {
+    fn run<V: Simd>(self, simd: V) -> MetRays {
         let Self { aim, rays, middle, ground, faces } = self;
         let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
         let [across, along] = ground.slope;
         let around = simd.splat(AROUND * (across.abs() + along.abs()));
         let mut batches = [FirstHits::<V> { at: zero, aim: zero, normal: [zero; 3], metres: zero }; N];
-        let mut met = Met { all: 0, before: 0, behind: 0 };
+        let mut met = MetRays { all: 0, before: 0, behind: 0 };
 
         for index in 0..N {
             let [x, y] = [simd.load(&rays[index][0]), simd.load(&rays[index][1])];
@@ -135,7 +135,7 @@ impl<const N: usize> Kernel for PixelRays<'_, N> {
             if index == 0 {
                 let before = all & (range * (inverse + around)).lt(one);
                 let behind = all & one.lt(range * (inverse - around));
-                met = Met { all: all.bits(), before: before.bits(), behind: behind.bits() };
+                met = MetRays { all: all.bits(), before: before.bits(), behind: behind.bits() };
             }
             seen.aim = seen.aim.select((range * inverse).lt(one), simd.splat(-1.0));
             batches[index] = seen;

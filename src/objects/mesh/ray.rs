@@ -23,7 +23,7 @@ pub(in crate::objects) struct MeshHit {
 }
 
 /// A ray beside a mesh.
-struct Ray {
+struct MeshRay {
     /// Point from which the ray matters.
     origin: Vec3,
     /// Direction, of unit length.
@@ -44,7 +44,7 @@ struct Met {
     is_behind: bool,
 }
 
-impl Ray {
+impl MeshRay {
     /// The ray, and how many metres from its origin it begins.
     fn beside(mesh: &Mesh, origin: DVec3, direction: DVec3) -> Option<(Self, f64)> {
         let [low, high] = mesh.corners.map(Vec3::as_dvec3);
@@ -93,7 +93,7 @@ impl Ray {
 impl Mesh {
     /// Finds where the ray from `origin` in `direction` (of any length but 0, both in the mesh's axes) first meets the mesh.
     pub(in crate::objects) fn touch(&self, origin: DVec3, direction: DVec3, metres: f32) -> Option<MeshHit> {
-        let (ray, way) = Ray::beside(self, origin, direction)?;
+        let (ray, way) = MeshRay::beside(self, origin, direction)?;
         let mut nearest: Option<Met> = None;
         self.walk(&ray, f32::INFINITY, |index, triangle, end| {
             let met = ray.meets(self, triangle, self.is_two_sided(triangle))?;
@@ -113,7 +113,7 @@ impl Mesh {
     /// Whether anything of it lies on the ray from `origin` in `direction`, up to `end` multiples of that, seen from whichever side: whether it casts a
     /// shadow there.
     pub(in crate::objects) fn blocks(&self, origin: DVec3, direction: DVec3, end: f64) -> bool {
-        let Some((ray, way)) = Ray::beside(self, origin, direction) else { return false };
+        let Some((ray, way)) = MeshRay::beside(self, origin, direction) else { return false };
         let end = (end * direction.length() - way) as f32;
         let found = self.walk(&ray, end, |_, triangle, end| {
             let met = ray.meets(self, triangle, true)?;
@@ -126,7 +126,7 @@ impl Mesh {
     /// Looks at the triangles of boxes that a ray enters before `end`, the nearer boxes first, until one of them tells something.
     fn walk<T>(
         &self,
-        ray: &Ray,
+        ray: &MeshRay,
         mut end: f32,
         mut look: impl FnMut(u32, &Triangle, &mut f32) -> Option<T>,
     ) -> Option<T> {

@@ -9,7 +9,7 @@
 
 use glam::{DVec2, DVec3, Vec2, Vec3};
 
-use super::{Looking, PixelGround, Seen};
+use super::{BodyLight, Looking, PixelGround};
 use crate::objects::body::SeenForm;
 use crate::objects::cover::{CountAll, MeshItem, MeshPatch, Pencil, Probe};
 use crate::objects::lens::Line;
@@ -42,7 +42,7 @@ impl<'v> Looking<'v> {
         middle: &Line,
         ground: &PixelGround,
         shade: impl Fn(&Hit, &Ray) -> Vec3,
-    ) -> Option<Option<Seen>> {
+    ) -> Option<Option<BodyLight>> {
         let lens = self.square.lens;
         let Some(pencil) = Pencil::new(&lens, place) else { return Some(None) };
         let square = [&self.square.columns, &self.square.rows];
@@ -65,7 +65,7 @@ impl<'v> Looking<'v> {
         if let [MeshItem::Mesh(patch)] = items.as_slice()
             && let Some(hit) = self.one_face(patch, &pencil, ground, ray.direction)
         {
-            return Some(Some(Seen { share: 1.0, colour: shade(&hit, &ray), hit }));
+            return Some(Some(BodyLight { share: 1.0, colour: shade(&hit, &ray), hit }));
         }
 
         self.faces.clear();
@@ -75,7 +75,7 @@ impl<'v> Looking<'v> {
         let own = self.nearest_of(&items, middle).filter(|hit| ground.shows(hit, DVec2::ZERO));
 
         Some(seen.map(|seen| match own {
-            Some(hit) if hit.id == seen.hit.id => Seen { hit, ..seen },
+            Some(hit) if hit.id == seen.hit.id => BodyLight { hit, ..seen },
             _ => seen,
         }))
     }

@@ -1,6 +1,6 @@
 //! Share of a pixel that each body covers.
 
-use super::{Looking, PixelGround, Seen};
+use super::{BodyLight, Looking, PixelGround};
 use crate::objects::Square;
 use crate::objects::cover::RAYS;
 use crate::simd::Isa;
@@ -42,7 +42,7 @@ impl Square<'_> {
 
 impl Looking<'_> {
     /// Adds what each body has of what was `seen` of the latest pixel to `shares`, which is empty.
-    fn split(&self, seen: &Seen, shares: &mut Vec<BodyShare>) {
+    fn split(&self, seen: &BodyLight, shares: &mut Vec<BodyShare>) {
         // Where all rays see one face, they are not counted.
         if self.faces.is_empty() {
             shares.push(BodyShare { id: seen.hit.id, share: seen.share });

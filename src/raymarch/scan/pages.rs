@@ -2,7 +2,7 @@
 
 use std::rc::Rc;
 
-use super::turned::{ColumnStrip, Columns, STRIP, TurnedPages};
+use super::turned::{ColumnStrip, STRIP, TurnedColumns, TurnedPages};
 use crate::voxel::{APRON, BoundsView, HeightsView, PAGE_SIDE, PageId, PageSource};
 use hedgehop_base::error::Result;
 
@@ -15,7 +15,7 @@ pub enum Codes<'a> {
     /// Codes as they are stored: lines are rows.
     Rows(&'a [u16]),
     /// Lines are columns.
-    Columns(Rc<Columns>),
+    Columns(Rc<TurnedColumns>),
 }
 
 impl Codes<'_> {
@@ -38,7 +38,7 @@ pub struct Pages<'a> {
     turned: &'a TurnedPages,
     heights: Vec<PageSlot<PageId, HeightsView<'a>>>,
     bounds: Vec<PageSlot<PageId, BoundsView<'a>>>,
-    columns: Vec<PageSlot<ColumnStrip, Rc<Columns>>>,
+    columns: Vec<PageSlot<ColumnStrip, Rc<TurnedColumns>>>,
 }
 
 impl<'a> Pages<'a> {

@@ -18,9 +18,9 @@ pub type ColumnStrip = (PageId, u32);
 
 /// Height codes of a strip of columns of a page, and of the apron around it, column by column.
 #[derive(Debug, Clone)]
-pub struct Columns(Arc<Vec<u16>>);
+pub struct TurnedColumns(Arc<Vec<u16>>);
 
-impl Columns {
+impl TurnedColumns {
     /// All of them.
     #[inline(always)]
     pub fn codes(&self) -> &[u16] {
@@ -28,7 +28,7 @@ impl Columns {
     }
 }
 
-impl Bytes for Columns {
+impl Bytes for TurnedColumns {
     fn bytes(&self) -> usize {
         size_of_val(self.codes())
     }
@@ -38,7 +38,7 @@ impl Bytes for Columns {
 ///
 /// Sixteen planes along x meet a line in as many rows of a page: sixteen cache lines a step instead of one or two.
 #[derive(Debug)]
-pub struct TurnedPages(KeyedCache<ColumnStrip, Columns>);
+pub struct TurnedPages(KeyedCache<ColumnStrip, TurnedColumns>);
 
 impl Default for TurnedPages {
     fn default() -> Self {
@@ -62,14 +62,14 @@ impl TurnedPages {
     ///
     /// # Errors
     /// A page that is damaged.
-    pub fn get(&self, source: &dyn PageSource, strip: ColumnStrip) -> Result<Option<Columns>> {
+    pub fn get(&self, source: &dyn PageSource, strip: ColumnStrip) -> Result<Option<TurnedColumns>> {
         let (id, index) = strip;
         let turn = || {
             let view = source.heights(id)?;
             Ok(view.map(|view| {
                 let (first, width) = (index * STRIP, view.width + 2 * APRON);
                 let columns = first as usize..width.min(first + STRIP + 2 * APRON) as usize;
-                Columns(Arc::new(turned(view.heights, width as usize, columns)))
+                TurnedColumns(Arc::new(turned(view.heights, width as usize, columns)))
             }))
         };
         if source.has(id) { self.0.get(strip, turn) } else { turn() }

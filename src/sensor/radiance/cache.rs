@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::lines::FilterScratch;
 use super::page::PostPart;
 use super::posts::PageLight;
-use super::{Facing, LineImage, RadiancePage, Weave};
+use super::{Facing, LineFilter, LineImage, RadiancePage};
 use crate::sensor::VisualSensor;
 use crate::simd::Isa;
 use crate::sunlight::{ShadePage, Shades};
@@ -40,14 +40,14 @@ pub struct LineStrip {
     /// Page of the strip.
     pub page: PageId,
     /// Filter that made the lines.
-    pub weave: Weave,
+    pub weave: LineFilter,
     /// Counted from the page's first.
     pub index: u32,
 }
 
 impl LineStrip {
     /// The strip that holds post `post` of a page, counted along the planes.
-    pub fn with(page: PageId, weave: Weave, post: u32) -> Self {
+    pub fn with(page: PageId, weave: LineFilter, post: u32) -> Self {
         Self { page, weave, index: post / (STRIP << weave.span.trailing_zeros()) }
     }
 

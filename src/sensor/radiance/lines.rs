@@ -20,7 +20,7 @@ use hedgehop_base::error::Result;
 
 /// Filter that turns posts of a page into lines along the planes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Weave {
+pub struct LineFilter {
     /// Direction of the planes: lines are columns of the page if along x, rows if along y.
     pub facing: Facing,
     /// log₂ of posts across a texel, up to 2.
@@ -48,7 +48,7 @@ impl LineImage {
         source: &dyn PageSource,
         (id, part): (PageId, PostPart),
         lamp: &PageLight<'_>,
-        weave: Weave,
+        weave: LineFilter,
         (loom, isa): (&mut FilterScratch, Isa),
     ) -> Result<Option<Self>> {
         let FilterScratch { window, sums, image } = loom;
@@ -84,7 +84,7 @@ pub struct FilterScratch {
 }
 
 struct LineFiltering<'l> {
-    weave: Weave,
+    weave: LineFilter,
     sums: &'l mut Sums,
     image: &'l mut Vec<u32>,
 }

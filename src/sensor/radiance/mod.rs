@@ -30,6 +30,6 @@ mod window;
 
 pub use cache::{Radiance, RadiancePages};
 pub use facing::Facing;
-pub use lines::{LineImage, Weave};
+pub use lines::{LineFilter, LineImage};
 pub use page::RadiancePage;
-pub use sample::{Crossings, ImageLine, LineSampler, Place, PlanesAbove, UNITS};
+pub use sample::{Crossings, ImageLine, LineSampler, PlanesAbove, TexelPlace, UNITS};

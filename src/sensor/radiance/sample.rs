@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::RadiancePages;
 use super::cache::LineStrip;
 use super::facing::{Facing, STEEPER};
-use super::lines::{LineImage, Weave};
+use super::lines::{LineFilter, LineImage};
 use super::page::{CODE_LIMIT, ROOT_OF_BRIGHTEST};
 use crate::simd::{Floats, Ints, LANES, Simd};
 use crate::voxel::{BARE, Grid, PAGE_SIDE, PageId};
@@ -82,7 +82,7 @@ pub struct Crossings<'s, 'a, V: Simd> {
 
 /// Position of a line's texels.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Place {
+pub struct TexelPlace {
     /// Index of the run; beyond the last one: black.
     run: usize,
     /// Line within the images.
@@ -166,7 +166,7 @@ impl<V: Simd> Crossings<'_, '_, V> {
     /// # Errors
     /// A page that is damaged.
     #[inline(always)]
-    pub fn seek(&mut self, line: ImageLine) -> Result<Place> {
+    pub fn seek(&mut self, line: ImageLine) -> Result<TexelPlace> {
         let mut line = line;
         loop {
             if let Some(run) = self.runs.get(self.latest[slot(line.span)])
@@ -191,17 +191,17 @@ impl<V: Simd> Crossings<'_, '_, V> {
                         ..line
                     };
                 }
-                None => return Ok(Place { run: usize::MAX, ..Place::default() }),
+                None => return Ok(TexelPlace { run: usize::MAX, ..TexelPlace::default() }),
             }
         }
     }
 
     #[inline(always)]
-    fn place(&self, run: &TexelRun, line: &ImageLine) -> Place {
+    fn place(&self, run: &TexelRun, line: &ImageLine) -> TexelPlace {
         // A line before the area is lit as its first one.
         let within = line.index.saturating_sub(run.first_line).max(0) as usize >> run.span;
         let mut place =
-            Place { run: self.latest[slot(line.span)], within, near: None, distance: line.distance };
+            TexelPlace { run: self.latest[slot(line.span)], within, near: None, distance: line.distance };
         if let Some(image) = &run.images[0] {
             let row = image.start_of(within);
             let start = row + run.start(line.distance);
@@ -218,13 +218,13 @@ impl<V: Simd> Crossings<'_, '_, V> {
 
     /// Radiance where the planes cross a line, in [`UNITS`].
     #[inline(always)]
-    pub fn sample(&self, place: &Place) -> [V::F; 3] {
+    pub fn sample(&self, place: &TexelPlace) -> [V::F; 3] {
         self.sample_at(place, self.simd.splat(place.distance))
     }
 
     /// Radiance of a line beside which planes are at major distances, a voxel from the line's at most.
     #[inline(always)]
-    pub fn sample_at(&self, place: &Place, distance: V::F) -> [V::F; 3] {
+    pub fn sample_at(&self, place: &TexelPlace, distance: V::F) -> [V::F; 3] {
         let simd = self.simd;
         let Some(run) = self.runs.get(place.run) else { return [simd.splat(0.0); 3] };
         let at = self.minor.mul_add(distance * simd.splat(run.per_unit), simd.splat(run.eye));
@@ -299,7 +299,7 @@ impl ImageSearch<'_, '_> {
         let is_post = matches!(level, 0 | BARE) && shift == 0 && line.span == 1;
         let facing = Facing { major: self.major as u8, forward: self.forward, incline: incline as u8 };
         let facing = if is_post { Facing::down(facing.major) } else { facing };
-        let weave = Weave { facing, shift: shift as u8, span: line.span };
+        let weave = LineFilter { facing, shift: shift as u8, span: line.span };
 
         // And where an outermost plane crosses to the next page.
         let side = voxel * f64::from(PAGE_SIDE);

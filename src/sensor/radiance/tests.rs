@@ -463,7 +463,7 @@ fn every_instruction_set_weaves_the_same_bits() {
     let strip = |level| (PageId { level, px: 0, py: 0 }, PostPart::lines(level, 32, 32));
     for (level, shift, span) in [(0, 0, 1), (0, 2, 4), (1, 1, 2), (1, 2, 1), (0, 1, 1)] {
         let facing = Facing { major: level, forward: shift == 1, incline: span / 2 };
-        let weave = Weave { facing, shift, span };
+        let weave = LineFilter { facing, shift, span };
         let bake = |isa| {
             LineImage::bake(
                 &source,

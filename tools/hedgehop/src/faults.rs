@@ -17,7 +17,7 @@ const DARK: Rgb<u8> = Rgb([20, 20, 24]);
 
 /// Kinds of faults as users name them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Kind {
+pub enum FaultKind {
     /// Voxels far above all of their neighbours
     Spikes,
     /// Voxels far below all of their neighbours
@@ -34,7 +34,7 @@ pub enum Kind {
     Cracks,
 }
 
-impl Kind {
+impl FaultKind {
     /// All of them.
     pub const ALL: [Self; 7] =
         [Self::Spikes, Self::Pits, Self::Seams, Self::FlatTops, Self::Terraces, Self::Voids, Self::Cracks];
@@ -98,7 +98,7 @@ impl Kind {
 /// A line for each kind: how many, and the worst.
 pub fn summary<S: PageSource>(report: &ContinuityReport, places: &Places<'_, S>) -> String {
     let mut text = String::new();
-    for kind in Kind::ALL {
+    for kind in FaultKind::ALL {
         let count = report.count(kind.fault());
         // Writing to a String cannot fail.
         let _ = write!(text, "{:<10} {count:>7}", kind.name());
@@ -135,7 +135,7 @@ pub fn table<S: PageSource>(report: &ContinuityReport, places: &Places<'_, S>) -
         let _ = writeln!(
             text,
             "{},{:.3},{:.3},{longitude},{latitude},{height},{size:.3},{voxels},{:.3},{:.3},{:.3},{:.3}",
-            Kind::of(*fault).name(),
+            FaultKind::of(*fault).name(),
             place.x,
             place.y,
             low.x,
@@ -151,26 +151,32 @@ pub fn table<S: PageSource>(report: &ContinuityReport, places: &Places<'_, S>) -
 /// Puts all findings on a map, with a legend.
 pub fn mark(picture: &mut RgbImage, extent: &MapExtent, report: &ContinuityReport, unit: f64) {
     // What covers much lies below what is small.
-    for kind in
-        [Kind::Terraces, Kind::Voids, Kind::FlatTops, Kind::Cracks, Kind::Seams, Kind::Pits, Kind::Spikes]
-    {
+    for kind in [
+        FaultKind::Terraces,
+        FaultKind::Voids,
+        FaultKind::FlatTops,
+        FaultKind::Cracks,
+        FaultKind::Seams,
+        FaultKind::Pits,
+        FaultKind::Spikes,
+    ] {
         let [mut inside, mut rim, mut halo] = [Mask::new(picture), Mask::new(picture), Mask::new(picture)];
         for finding in report.findings.iter().filter(|finding| finding.fault == kind.fault()) {
             let at = |place: DVec2| extent.pixel_of(place);
             let (low, high) = (at(finding.extent[0]), at(finding.extent[1]));
             match kind {
-                Kind::Spikes | Kind::Pits | Kind::Cracks => {
+                FaultKind::Spikes | FaultKind::Pits | FaultKind::Cracks => {
                     halo.disc(at(finding.place), 5.2 * unit);
                     rim.disc(at(finding.place), 3.8 * unit);
                 }
-                Kind::Seams => {
+                FaultKind::Seams => {
                     halo.lines(&[low, high], 4.6 * unit);
                     rim.lines(&[low, high], 2.6 * unit);
                 }
-                Kind::Terraces | Kind::Voids | Kind::FlatTops => {
+                FaultKind::Terraces | FaultKind::Voids | FaultKind::FlatTops => {
                     // What is smaller than a mark is shown as one.
                     let (middle, least) = (0.5 * (low + high), 5.0 * unit);
-                    let half = (0.5 * (high - low).abs()).max(DVec2::splat(if kind == Kind::Terraces {
+                    let half = (0.5 * (high - low).abs()).max(DVec2::splat(if kind == FaultKind::Terraces {
                         0.0
                     } else {
                         least
@@ -178,7 +184,7 @@ pub fn mark(picture: &mut RgbImage, extent: &MapExtent, report: &ContinuityRepor
                     let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0)]
                         .map(|(x, y)| middle + half * DVec2::new(x, y));
 
-                    if kind == Kind::Terraces {
+                    if kind == FaultKind::Terraces {
                         inside.rectangle(low.min(high), low.max(high));
                     } else {
                         halo.lines(&corners, 4.2 * unit);
@@ -202,7 +208,7 @@ fn legend(picture: &mut RgbImage, report: &ContinuityReport, unit: f64) {
     let tall = f64::from(lettering::height(letters));
     let margin = 14.0 * unit;
 
-    let rows: Vec<(Kind, String)> = Kind::ALL
+    let rows: Vec<(FaultKind, String)> = FaultKind::ALL
         .into_iter()
         .filter(|kind| report.count(kind.fault()) > 0)
         .map(|kind| {
@@ -235,18 +241,18 @@ fn legend(picture: &mut RgbImage, report: &ContinuityReport, unit: f64) {
             let mut mark = Mask::new(picture);
             let middle = DVec2::new(low.x + 1.7 * margin, top + 0.5 * tall);
             match kind {
-                Kind::Seams => mark
+                FaultKind::Seams => mark
                     .lines(&[middle - DVec2::X * margin * 0.7, middle + DVec2::X * margin * 0.7], 4.0 * unit),
-                Kind::Terraces => mark.square(middle, 0.5 * margin),
-                Kind::Voids | Kind::FlatTops => {
+                FaultKind::Terraces => mark.square(middle, 0.5 * margin),
+                FaultKind::Voids | FaultKind::FlatTops => {
                     let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0)];
                     mark.lines(&corners.map(|(x, y)| middle + 0.45 * margin * DVec2::new(x, y)), 2.4 * unit);
                 }
-                Kind::Spikes | Kind::Pits | Kind::Cracks => mark.disc(middle, 4.5 * unit),
+                FaultKind::Spikes | FaultKind::Pits | FaultKind::Cracks => mark.disc(middle, 4.5 * unit),
             }
 
             // Black on dark would not be seen.
-            let colour = if *kind == Kind::Cracks { WHITE } else { kind.colour() };
+            let colour = if *kind == FaultKind::Cracks { WHITE } else { kind.colour() };
             mark.paint(picture, colour, 1.0);
         }
 

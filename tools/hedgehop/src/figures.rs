@@ -52,7 +52,7 @@ pub struct FrameFigures {
 
 /// Everything that was measured.
 #[derive(Debug, Clone, Serialize)]
-pub struct Report {
+pub struct BenchReport {
     /// Version of the program.
     pub hedgehop: &'static str,
     /// Cores that this process may use.
@@ -81,7 +81,7 @@ pub struct Report {
     pub prediction: Prediction,
 }
 
-impl Report {
+impl BenchReport {
     /// Engine and instructions, for people.
     pub fn marcher(&self) -> String {
         match (self.simd, self.frames_by_reference) {

@@ -3,7 +3,7 @@
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
-use crate::figures::{Figures, Report};
+use crate::figures::{BenchReport, Figures};
 
 const SIZE: (u32, u32) = (1100, 820);
 const PROFILE_SIZE: (u32, u32) = (1200, 480);
@@ -21,10 +21,10 @@ struct Line<'a> {
     points: Vec<(f64, f64)>,
 }
 
-type Drawn = Result<(), Box<dyn std::error::Error>>;
+type PlotArea = Result<(), Box<dyn std::error::Error>>;
 
 /// Draws the report.
-pub fn bench(report: &Report) -> Result<String, Box<dyn std::error::Error>> {
+pub fn bench(report: &BenchReport) -> Result<String, Box<dyn std::error::Error>> {
     let mut svg = String::new();
     {
         let root = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
@@ -143,7 +143,7 @@ fn stages(results: &[Figures]) -> [Line<'static>; 4] {
     ]
 }
 
-fn panel(area: &DrawingArea<SVGBackend<'_>, Shift>, label: &str, lines: &[Line<'_>]) -> Drawn {
+fn panel(area: &DrawingArea<SVGBackend<'_>, Shift>, label: &str, lines: &[Line<'_>]) -> PlotArea {
     let all = || lines.iter().flat_map(|line| &line.points);
     let most_workers = all().map(|(x, _)| *x).fold(1.0, f64::max);
     let highest = all().map(|(_, y)| *y).fold(0.0, f64::max);

@@ -31,8 +31,8 @@ const PER_DEGREE: f64 = 4.0;
 pub struct ScreenArgs {
     /// planar, cylindrical, equirectangular, fisheye, orthographic (straight down, north up), or table:FILE.exr (a
     /// direction for every pixel)
-    #[arg(long, value_name = "KIND", default_value = "planar", value_parser = Kind::parse)]
-    pub screen: Kind,
+    #[arg(long, value_name = "KIND", default_value = "planar", value_parser = ScreenKind::parse)]
+    pub screen: ScreenKind,
 
     /// Horizontal field of view, a fisheye's across its circle, degrees [default: 60 where the path gives none;
     /// cylindrical 180, equirectangular 360, fisheye 180]
@@ -59,7 +59,7 @@ pub struct ScreenArgs {
 
 /// Screens as users name them.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub enum Kind {
+pub enum ScreenKind {
     /// A plane
     #[default]
     Planar,
@@ -75,7 +75,7 @@ pub enum Kind {
     Table(PathBuf),
 }
 
-impl Kind {
+impl ScreenKind {
     fn parse(text: &str) -> Result<Self, String> {
         match text {
             "planar" => Ok(Self::Planar),
@@ -112,7 +112,7 @@ impl ScreenArgs {
     /// The table of rays, if it is one.
     pub fn table(&self) -> Option<&Path> {
         match &self.screen {
-            Kind::Table(file) => Some(file),
+            ScreenKind::Table(file) => Some(file),
             _ => None,
         }
     }
@@ -139,15 +139,15 @@ impl ScreenArgs {
 
     fn chosen(&self) -> Result<Option<Screen>> {
         Ok(Some(match &self.screen {
-            Kind::Planar => return Ok(None),
-            Kind::Cylindrical => Screen::Cylindrical { hfov: self.hfov.unwrap_or(CYLINDRICAL_HFOV) },
-            Kind::Equirectangular => Screen::Equirectangular {
+            ScreenKind::Planar => return Ok(None),
+            ScreenKind::Cylindrical => Screen::Cylindrical { hfov: self.hfov.unwrap_or(CYLINDRICAL_HFOV) },
+            ScreenKind::Equirectangular => Screen::Equirectangular {
                 hfov: self.hfov.unwrap_or(EQUIRECTANGULAR.0),
                 vfov: self.vfov.unwrap_or(EQUIRECTANGULAR.1),
             },
-            Kind::Fisheye => Screen::Fisheye { fov: self.hfov.unwrap_or(FISHEYE_FOV) },
-            Kind::Table(file) => Screen::Table(Arc::new(read_ray_table(file)?)),
-            Kind::Orthographic => Screen::Orthographic {
+            ScreenKind::Fisheye => Screen::Fisheye { fov: self.hfov.unwrap_or(FISHEYE_FOV) },
+            ScreenKind::Table(file) => Screen::Table(Arc::new(read_ray_table(file)?)),
+            ScreenKind::Orthographic => Screen::Orthographic {
                 width: self.ground_width.ok_or_else(|| {
                     Error::Configuration(
                         "--screen orthographic needs --ground-width METRES: what the picture's width covers"
@@ -160,23 +160,23 @@ impl ScreenArgs {
 
     fn check_flags(&self) -> Result<()> {
         let refuse = |what: &str| Err(Error::Configuration(what.to_owned()));
-        if self.vfov.is_some() && self.screen != Kind::Equirectangular {
+        if self.vfov.is_some() && self.screen != ScreenKind::Equirectangular {
             return refuse(
                 "--vfov goes with --screen equirectangular; on other screens --hfov and --size decide how high the picture sees",
             );
         }
-        if self.ground_width.is_some() && self.screen != Kind::Orthographic {
+        if self.ground_width.is_some() && self.screen != ScreenKind::Orthographic {
             return refuse("--ground-width goes with --screen orthographic; other screens take --hfov");
         }
 
         match (&self.screen, self.hfov) {
-            (Kind::Orthographic, Some(_)) => refuse(
+            (ScreenKind::Orthographic, Some(_)) => refuse(
                 "parallel rays have no --hfov; --ground-width says how much an orthographic picture covers",
             ),
-            (Kind::Table(_), Some(_)) => {
+            (ScreenKind::Table(_), Some(_)) => {
                 refuse("--hfov has no meaning with a table of rays, which holds the directions itself")
             }
-            (Kind::Planar, Some(hfov)) if !PLANAR_RANGE.contains(&hfov) => {
+            (ScreenKind::Planar, Some(hfov)) if !PLANAR_RANGE.contains(&hfov) => {
                 Err(Error::Configuration(format!(
                     "--hfov {hfov}: a planar screen sees {} to {}°; --screen cylindrical, fisheye or equirectangular sees more",
                     PLANAR_RANGE.start(),
@@ -258,7 +258,7 @@ mod tests {
     }
 
     fn of(kind: &str) -> ScreenArgs {
-        ScreenArgs { screen: Kind::parse(kind).unwrap(), ..ScreenArgs::default() }
+        ScreenArgs { screen: ScreenKind::parse(kind).unwrap(), ..ScreenArgs::default() }
     }
 
     #[test]
@@ -271,7 +271,7 @@ mod tests {
         assert_eq!(kind(of("equirectangular")), "equirectangular hfov_deg=360 vfov_deg=180");
         assert_eq!(kind(ScreenArgs { hfov: Some(90.0), ..of("cylindrical") }), "cylindrical hfov_deg=90");
         for wrong in ["flat", "table", "table:", "Planar", ""] {
-            assert!(Kind::parse(wrong).unwrap_err().contains("table:FILE.exr"), "{wrong}");
+            assert!(ScreenKind::parse(wrong).unwrap_err().contains("table:FILE.exr"), "{wrong}");
         }
     }
 

@@ -45,7 +45,7 @@ const MOST: f64 = 0.5;
 ///
 /// The flight is straight and level along the view, over the first pose of low flight that the seed gives.
 #[derive(Debug, clap::Args)]
-pub struct Args {
+pub struct FlickerArgs {
     /// Databases
     #[arg(value_name = "AREA.hop", required = true)]
     areas: Vec<PathBuf>,
@@ -118,7 +118,7 @@ struct AreaRecord {
 }
 
 #[derive(Debug, Serialize)]
-struct Measured {
+struct MeasuredFlicker {
     size_px: [u32; 2],
     frames: u32,
     speed_units: f64,
@@ -129,7 +129,7 @@ struct Measured {
 }
 
 /// Runs the mode.
-pub fn run(args: &Args) -> Result<()> {
+pub fn run(args: &FlickerArgs) -> Result<()> {
     report::line(&format!(
         "{:<14} {:>10} {:>10} {:>7} {:>10} {:>10} {:>10} {:>7} {:>8}",
         "area", "engine", "1 ray", "ratio", "supersampl", "engine +", "1 ray +", "ratio", "visible"
@@ -146,7 +146,7 @@ pub fn run(args: &Args) -> Result<()> {
     let verdict = if within_bounds { "within" } else { "NOT within" };
     report::line(&format!("{verdict} the bound: a ratio of {MOST} at most, everywhere"));
 
-    let measured = Measured {
+    let measured = MeasuredFlicker {
         size_px: [args.size.width, args.size.height],
         frames: args.frames,
         speed_units: args.speed,
@@ -178,7 +178,7 @@ impl AreaRecord {
 }
 
 /// One flight over one database.
-fn fly(args: &Args, area: &Area) -> Result<AreaRecord> {
+fn fly(args: &FlickerArgs, area: &Area) -> Result<AreaRecord> {
     let poses = slow_flight(args, area)?;
     let farm = args.common.farm()?;
     let options = RenderOptions::default();
@@ -222,7 +222,7 @@ fn fly(args: &Args, area: &Area) -> Result<AreaRecord> {
 }
 
 /// Poses of a straight flight at one height, nowhere nearer to the ground than at its start.
-fn slow_flight(args: &Args, area: &Area) -> Result<Vec<Pose>> {
+fn slow_flight(args: &FlickerArgs, area: &Area) -> Result<Vec<Pose>> {
     let start = low_flight(&area.source, 1, args.common.seed)?[0];
     let (sin_yaw, cos_yaw) = start.attitude.yaw.to_radians().sin_cos();
     let step = DVec2::new(sin_yaw, cos_yaw) * args.speed * area.source.header().grid.spacing;

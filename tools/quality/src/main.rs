@@ -26,9 +26,9 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Mode {
-    Truth(truth::Args),
-    Picture(picture::Args),
-    Flicker(flicker::Args),
+    Truth(truth::TruthArgs),
+    Picture(picture::PictureArgs),
+    Flicker(flicker::FlickerArgs),
 }
 
 fn main() -> ExitCode {

@@ -33,7 +33,7 @@ const DIFFERENCE_GAIN: i32 = 8;
 /// Writes truth, the renderer's picture, the one with one sample per pixel, and both differences (eight times, around
 /// grey) of every view. Views are low flight over each database, or the fixes of a path over a single one.
 #[derive(Debug, clap::Args)]
-pub struct Args {
+pub struct PictureArgs {
     /// Databases
     #[arg(value_name = "AREA.hop", required = true)]
     areas: Vec<PathBuf>,
@@ -75,7 +75,7 @@ struct ViewRecord {
 }
 
 #[derive(Debug, Serialize)]
-struct Measured {
+struct MeasuredPicture {
     size_px: [u32; 2],
     samples_per_pixel: u32,
     seed: u64,
@@ -85,7 +85,7 @@ struct Measured {
 }
 
 /// Runs the mode.
-pub fn run(args: &Args) -> Result<()> {
+pub fn run(args: &PictureArgs) -> Result<()> {
     let farm = args.common.farm()?;
     let mut views = Vec::new();
     report::line(&format!(
@@ -109,7 +109,7 @@ pub fn run(args: &Args) -> Result<()> {
         "smallest gain {smallest:.2} dB: {verdict} the bounds, {LEAST_GAIN} dB and a lower FLIP in every view"
     ));
 
-    let measured = Measured {
+    let measured = MeasuredPicture {
         size_px: [args.size.width, args.size.height],
         samples_per_pixel: args.samples * args.samples,
         seed: args.common.seed,
@@ -141,7 +141,7 @@ impl ViewRecord {
 }
 
 /// Poses over `area`, as asked for.
-fn poses(args: &Args, area: &Area) -> Result<Vec<Pose>> {
+fn poses(args: &PictureArgs, area: &Area) -> Result<Vec<Pose>> {
     match &args.path {
         None => low_flight(&area.source, args.poses, args.common.seed),
         Some(path) if args.areas.len() == 1 => fixes(path, area),
@@ -161,7 +161,7 @@ fn fixes(path: &Path, area: &Area) -> Result<Vec<Pose>> {
 }
 
 /// Renders, compares and writes one view.
-fn look(args: &Args, area: &Area, farm: &Farm, index: usize, pose: Pose) -> Result<ViewRecord> {
+fn look(args: &PictureArgs, area: &Area, farm: &Farm, index: usize, pose: Pose) -> Result<ViewRecord> {
     let camera = Camera::new(pose, args.size.width, args.size.height);
     let options = RenderOptions::default();
     let begun = Instant::now();

@@ -36,7 +36,7 @@ const BOUNDS: [f64; 4] = [1.5e-4, 3.0e-3, 1.0e-2, 1.0e-3];
 /// Poses are 0.5 to 2000 units above ground, any yaw, pitch -90 to 30 and any roll (every fifth pose level), with
 /// fields of view from 20 to 110 degrees. The same seed gives the same poses and pixels.
 #[derive(Debug, clap::Args)]
-pub struct Args {
+pub struct TruthArgs {
     /// Database
     #[arg(value_name = "AREA.hop")]
     area: PathBuf,
@@ -100,7 +100,7 @@ struct PoseFigures {
 }
 
 #[derive(Debug, Serialize)]
-struct Measured {
+struct MeasuredTruth {
     area: String,
     size_px: [u32; 2],
     seed: u64,
@@ -178,7 +178,7 @@ impl Figures {
 }
 
 /// Runs the mode.
-pub fn run(args: &Args) -> Result<()> {
+pub fn run(args: &TruthArgs) -> Result<()> {
     let area = Area::open(&args.area)?;
     let farm = args.common.farm()?;
     let poses = any_flight(&area.source, args.poses, args.common.seed)?;
@@ -216,7 +216,7 @@ pub fn run(args: &Args) -> Result<()> {
 
 /// All pixels of one pose.
 fn compare(
-    args: &Args,
+    args: &TruthArgs,
     area: &Area,
     farm: &Farm,
     index: usize,
@@ -278,7 +278,7 @@ impl PoseFigures {
 
 /// Totals, the worst pixels, JSON.
 fn finish(
-    args: &Args,
+    args: &TruthArgs,
     area: &Area,
     poses: &[Pose],
     mut compared: Vec<Comparison>,
@@ -322,7 +322,7 @@ fn finish(
         ));
     }
 
-    let measured = Measured {
+    let measured = MeasuredTruth {
         area: area.name.clone(),
         size_px: [args.size.width, args.size.height],
         seed: args.common.seed,

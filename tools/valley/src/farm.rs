@@ -9,7 +9,7 @@ use crate::sites::FARM;
 const AXIS: (f64, f64) = (1.0, 0.0);
 
 /// A rectangular part of a building, along the frame's axes.
-pub struct Part {
+pub struct FarmPart {
     /// Middle, and half the size, metres.
     pub middle: (f64, f64),
     pub half: (f64, f64),
@@ -36,8 +36,8 @@ pub enum Form {
 const PLASTER: [u8; 3] = [214, 206, 188];
 
 /// The house's two wings, the barn, the shed.
-pub const PARTS: [Part; 4] = [
-    Part {
+pub const PARTS: [FarmPart; 4] = [
+    FarmPart {
         middle: (-13.75, 14.375),
         half: (8.75, 4.375),
         eaves: 5.2,
@@ -47,7 +47,7 @@ pub const PARTS: [Part; 4] = [
         walls: Some(PLASTER),
         level_of: 0,
     },
-    Part {
+    FarmPart {
         middle: (-8.75, 5.9375),
         half: (3.75, 8.4375),
         eaves: 5.2,
@@ -57,7 +57,7 @@ pub const PARTS: [Part; 4] = [
         walls: Some(PLASTER),
         level_of: 0,
     },
-    Part {
+    FarmPart {
         middle: (14.375, 6.25),
         half: (5.625, 11.25),
         eaves: 5.5,
@@ -67,7 +67,7 @@ pub const PARTS: [Part; 4] = [
         walls: Some([124, 100, 76]),
         level_of: 2,
     },
-    Part {
+    FarmPart {
         middle: (1.875, -18.125),
         half: (8.125, 3.125),
         eaves: 3.4,
@@ -79,7 +79,7 @@ pub const PARTS: [Part; 4] = [
     },
 ];
 
-impl Part {
+impl FarmPart {
     /// Height of the roof above the level that it stands on; `None` beside it.
     fn roof_at(&self, u: f64, v: f64) -> Option<f64> {
         let (du, dv) = ((u - self.middle.0) / self.half.0, (v - self.middle.1) / self.half.1);
@@ -130,7 +130,7 @@ impl Farm {
     }
 
     /// The highest roof over a place of the frame, metres above the sea, and its part.
-    pub fn roof(&self, u: f64, v: f64) -> Option<(f64, &'static Part)> {
+    pub fn roof(&self, u: f64, v: f64) -> Option<(f64, &'static FarmPart)> {
         let over = PARTS.iter().zip(self.levels).filter_map(|(part, level)| {
             let height = part.roof_at(u, v)?;
             Some((level + height, part))
@@ -161,7 +161,7 @@ impl Farm {
 }
 
 /// Colour of a roof: its two sides differ in light.
-pub fn roof_colour(part: &Part, u: f64, v: f64) -> [u8; 3] {
+pub fn roof_colour(part: &FarmPart, u: f64, v: f64) -> [u8; 3] {
     let lit = match part.form {
         Form::RidgeAlong => v < part.middle.1,
         Form::RidgeAcross => u < part.middle.0,

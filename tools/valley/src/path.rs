@@ -28,10 +28,10 @@ const PITCH: f64 = -6.0;
 pub const CLEARANCE: f64 = 37.0;
 
 /// A place on the flight: metres in the area, metres above the sea.
-pub type Place = (f64, f64, f64);
+pub type PathPlace = (f64, f64, f64);
 
 /// Places half a second apart.
-pub fn fly(surface: &[f64]) -> Vec<Place> {
+pub fn fly(surface: &[f64]) -> Vec<PathPlace> {
     let line = even(&spline(&knots(), 1.0), STEP);
     let (xs, ys): (Vec<f64>, Vec<f64>) = line.into_iter().unzip();
 
@@ -114,7 +114,7 @@ pub fn highest_around(surface: &[f64], x: f64, y: f64) -> f64 {
 }
 
 /// The file's text: seconds, easting, northing, height above the sea, pitch.
-pub fn to_csv(places: &[Place]) -> String {
+pub fn to_csv(places: &[PathPlace]) -> String {
     let mut text = String::from("t,x_m,y_m,alt_msl_m,pitch_deg\n");
     for (row, (x, y, height)) in places.iter().enumerate() {
         let time = row as f64 * INTERVAL;

@@ -12,7 +12,7 @@ use std::io::Cursor;
 use las::point::{Classification, Format};
 use las::{Builder, Color, Point, Transform, Vector, Vlr, Writer};
 
-use crate::farm::{FENCE, Farm, PARTS, Part, TREES, area_from_farm, farm_from_area, roof_colour};
+use crate::farm::{FENCE, Farm, FarmPart, PARTS, TREES, area_from_farm, farm_from_area, roof_colour};
 use crate::geotiff::{GEO_KEYS, ORIGIN};
 use crate::grid::{around, sample};
 use crate::land::Valley;
@@ -83,7 +83,7 @@ fn below_crown(u: f64, v: f64) -> bool {
 }
 
 /// Three points a metre along the walls, between ground and roof.
-fn walls(part: &Part, farm: &Farm, bare: &[f64], marks: &mut Vec<Mark>) {
+fn walls(part: &FarmPart, farm: &Farm, bare: &[f64], marks: &mut Vec<Mark>) {
     let (mu, mv) = part.middle;
     let (length, width) = part.half;
 
@@ -110,7 +110,7 @@ fn walls(part: &Part, farm: &Farm, bare: &[f64], marks: &mut Vec<Mark>) {
 
 /// Whether a place lies in two parts at once, or at their joint.
 fn inner(u: f64, v: f64) -> bool {
-    let holds = |part: &&Part| {
+    let holds = |part: &&FarmPart| {
         (u - part.middle.0).abs() < part.half.0 + 0.1 && (v - part.middle.1).abs() < part.half.1 + 0.1
     };
     PARTS.iter().filter(holds).count() > 1

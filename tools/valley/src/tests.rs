@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 use tiff::decoder::{Decoder, DecodingResult};
 
 use crate::grid::{SIDE, SIZE, SPACING, sample};
-use crate::path::{Place, highest_around};
+use crate::path::{PathPlace, highest_around};
 use crate::{Sample, files, path, sample as make};
 
 pub static SAMPLE: LazyLock<Sample> = LazyLock::new(make);
@@ -56,7 +56,7 @@ fn readme_states_the_hashes_and_the_sample_stays_small() {
 }
 
 /// Places five to each interval of the file.
-pub fn densely(places: &[Place]) -> Vec<Place> {
+pub fn densely(places: &[PathPlace]) -> Vec<PathPlace> {
     let between = |a: f64, b: f64, t: f64| a + (b - a) * t;
     places
         .windows(2)
@@ -81,7 +81,7 @@ fn flight_clears_everything_beside_and_ahead() {
 
     for pair in places.windows(3) {
         let [a, b, c] = [pair[0], pair[1], pair[2]];
-        let heading = |p: Place, q: Place| (q.0 - p.0).atan2(q.1 - p.1);
+        let heading = |p: PathPlace, q: PathPlace| (q.0 - p.0).atan2(q.1 - p.1);
         let turn = (heading(b, c) - heading(a, b) + std::f64::consts::PI).rem_euclid(std::f64::consts::TAU)
             - std::f64::consts::PI;
         let climb = (c.2 - b.2) / (c.0 - b.0).hypot(c.1 - b.1);

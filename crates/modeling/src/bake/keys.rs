@@ -10,7 +10,7 @@
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
 
-use crate::steps::{Key, Keyer, Steps};
+use crate::steps::{BuildCache, Key, Keyer};
 use hedgehop::sunlight::{Shades, Sun};
 use hedgehop::voxel::{Directory, PageId, PageReadback, PageSource, finer_pages};
 use hedgehop_base::error::Result;
@@ -20,7 +20,7 @@ pub(super) struct BakingKeys<'a> {
     source: &'a dyn PageSource,
     directory: &'a Directory,
     shades: &'a Shades,
-    steps: &'a Steps,
+    steps: &'a BuildCache,
     settings: Key,
     /// Keys of the shares of the sun on pages.
     lights: Mutex<HashMap<PageId, Key>>,
@@ -31,7 +31,7 @@ impl<'a> BakingKeys<'a> {
         (source, directory): (&'a dyn PageSource, &'a Directory),
         sun: Sun,
         shades: &'a Shades,
-        steps: &'a Steps,
+        steps: &'a BuildCache,
     ) -> Self {
         let header = source.header();
         let settings = Keyer::of("shadows").with(&sun).with(&header.grid).with(&header.heights);

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::super::plan::Plan;
 use super::super::vertical::Shift;
-use super::class::{self, Kind};
+use super::class::{self, PointKind};
 use super::columns;
 use super::open::Cloud;
 use super::read::{Points, RawPoint};
@@ -79,7 +79,7 @@ impl Placing<'_> {
     fn mark(&self, point: &RawPoint) -> Option<((i64, i64), Mark)> {
         let kind = class::kind(point.class).filter(|_| !point.is_withheld)?;
         // A file without ground shows what is highest.
-        let kind = if self.cloud.look.is_classified() { kind } else { Kind::Surface };
+        let kind = if self.cloud.look.is_classified() { kind } else { PointKind::Surface };
         let [x, y, z] = point.place;
         let (x, y) = self.world.apply(x, y)?;
         let grid = &self.plan.grid;

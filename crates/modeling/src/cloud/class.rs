@@ -6,7 +6,7 @@ use hedgehop::voxel::Material;
 /// Kind of matter that a point tells of. The numbers are those of records in temporary files.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
-pub(super) enum Kind {
+pub(super) enum PointKind {
     /// Bare ground, water, surfaces of roads.
     Ground = 0,
     /// The highest surface, whatever it is: points of a file that knows no ground.
@@ -26,21 +26,21 @@ pub(super) enum Kind {
 }
 
 /// The kind of a class; `None`: noise.
-pub(super) fn kind(class: u8) -> Option<Kind> {
+pub(super) fn kind(class: u8) -> Option<PointKind> {
     Some(match class {
         // Ground, key points of models, water, rails, roads.
-        2 | 8..=11 => Kind::Ground,
-        3..=5 => Kind::Vegetation,
-        6 => Kind::Building,
+        2 | 8..=11 => PointKind::Ground,
+        3..=5 => PointKind::Vegetation,
+        6 => PointKind::Building,
         7 | 18 => return None,
-        13 | 14 => Kind::Wire,
-        15 => Kind::Tower,
-        17 => Kind::Deck,
-        _ => Kind::Unknown,
+        13 | 14 => PointKind::Wire,
+        15 => PointKind::Tower,
+        17 => PointKind::Deck,
+        _ => PointKind::Unknown,
     })
 }
 
-impl Kind {
+impl PointKind {
     const ALL: [Self; 8] = [
         Self::Ground,
         Self::Surface,

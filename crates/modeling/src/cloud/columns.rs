@@ -1,10 +1,10 @@
 //! Columns of solids over the voxels of a tile.
 
 use super::super::features::Solid;
-use super::class::Kind;
+use super::class::PointKind;
 use super::hard::Hard;
 use super::runs::Plants;
-use super::scene::Scene;
+use super::scene::TileScene;
 use super::store::TILE;
 use super::stored::StoredSolid;
 use super::wires;
@@ -15,8 +15,8 @@ pub(super) const HALO: i64 = 5;
 const RIM: usize = 2;
 
 /// The solids over a tile, voxel by voxel.
-pub(super) fn solids(scene: &Scene<'_>) -> Vec<StoredSolid> {
-    let has = |kind: Kind| {
+pub(super) fn solids(scene: &TileScene<'_>) -> Vec<StoredSolid> {
+    let has = |kind: PointKind| {
         scene
             .voxels()
             .any(|(column, row)| scene.window.at(column, row).iter().any(|mark| mark.kind() == kind))
@@ -36,7 +36,7 @@ pub(super) fn solids(scene: &Scene<'_>) -> Vec<StoredSolid> {
     }
 
     let plants = Plants { scene, roofs: &roofs };
-    let (has_towers, has_wires) = (has(Kind::Tower), has(Kind::Wire));
+    let (has_towers, has_wires) = (has(PointKind::Tower), has(PointKind::Wire));
     let mut out = Vec::new();
     let mut over = Vec::new();
 

@@ -11,7 +11,7 @@ const RIDGE: f64 = 1.0e-3;
 
 /// Sums over points.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Fit {
+pub(super) struct PlaneFit {
     weight: f64,
     /// Σ w · (x, y, z, xx, xy, yy, xz, yz), heights from the first point's.
     sums: [f64; 8],
@@ -22,21 +22,21 @@ pub(super) struct Fit {
 
 /// A plane over a voxel.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Plane {
+pub(super) struct FittedPlane {
     /// Height in the middle of the voxel, metres.
     pub height: f64,
     /// Metres per voxel, eastward and northward.
     pub rise: [f64; 2],
 }
 
-impl Plane {
+impl FittedPlane {
     /// Returns the height at a place, sides of a voxel from its middle.
     pub fn at(&self, [x, y]: [f64; 2]) -> f64 {
         self.height + self.rise[0] * x + self.rise[1] * y
     }
 }
 
-impl Fit {
+impl PlaneFit {
     /// Through no points.
     pub fn new() -> Self {
         Self { weight: 0.0, sums: [0.0; 8], datum: 0.0, low: f64::INFINITY, high: f64::NEG_INFINITY }
@@ -63,7 +63,7 @@ impl Fit {
     }
 
     /// The plane; `None` without points. In the middle of the voxel it lies no higher and no lower than the points do.
-    pub fn plane(&self) -> Option<Plane> {
+    pub fn plane(&self) -> Option<FittedPlane> {
         if self.weight <= 0.0 {
             return None;
         }
@@ -74,7 +74,7 @@ impl Fit {
         let determinant = xx * yy - xy * xy;
         let rise = [(xz * yy - yz * xy) / determinant, (yz * xx - xz * xy) / determinant];
         let height = (z - rise[0] * x - rise[1] * y).clamp(self.low, self.high);
-        Some(Plane { height: self.datum + height, rise })
+        Some(FittedPlane { height: self.datum + height, rise })
     }
 }
 
@@ -89,7 +89,7 @@ mod tests {
 
     #[test]
     fn planes_are_found_again() {
-        let mut fit = Fit::new();
+        let mut fit = PlaneFit::new();
         for (x, y) in [(-0.7, 0.2), (0.4, -0.9), (0.1, 0.6), (0.8, 0.5), (-0.2, -0.3)] {
             fit.add([x, y], 1200.0 + 0.4 * x - 0.2 * y, tent([x, y], 1.5));
         }
@@ -100,10 +100,10 @@ mod tests {
 
     #[test]
     fn few_points_make_no_slopes() {
-        let mut fit = Fit::new();
+        let mut fit = PlaneFit::new();
         assert_eq!(fit.plane(), None);
         fit.add([0.3, 0.3], 7.0, 0.5);
-        assert_eq!(fit.plane(), Some(Plane { height: 7.0, rise: [0.0; 2] }));
+        assert_eq!(fit.plane(), Some(FittedPlane { height: 7.0, rise: [0.0; 2] }));
         fit.add([0.301, 0.3], 9.0, 0.5);
         let plane = fit.plane().unwrap();
         assert!((7.0..=9.0).contains(&plane.height) && plane.rise[0] < 2.0, "{plane:?}");

@@ -9,8 +9,8 @@
 //! ```
 
 use super::super::features::{Paint, Solid, Wall};
-use super::class::Kind;
-use super::scene::{Scene, Voxel, quantile};
+use super::class::PointKind;
+use super::scene::{TileScene, TileVoxel, quantile};
 use super::wall::{self, Side};
 use super::window::Mark;
 
@@ -34,46 +34,46 @@ const JOINED_ALL: usize = 8;
 /// Levels of the voxels of a window, metres; `None`: there is no such thing over it.
 pub(super) struct Hard {
     levels: Vec<Option<(f64, bool)>>,
-    kind: Kind,
+    kind: PointKind,
 }
 
 impl Hard {
     /// Roofs.
-    pub fn roofs(scene: &Scene<'_>) -> Self {
-        let level = |voxel: Voxel| {
-            let ground = scene.heights(voxel, f64::NEG_INFINITY, |kind| kind == Kind::Ground).len();
-            let own = scene.heights(voxel, LOWEST, |kind| kind == Kind::Building);
+    pub fn roofs(scene: &TileScene<'_>) -> Self {
+        let level = |voxel: TileVoxel| {
+            let ground = scene.heights(voxel, f64::NEG_INFINITY, |kind| kind == PointKind::Ground).len();
+            let own = scene.heights(voxel, LOWEST, |kind| kind == PointKind::Building);
             if !own.is_empty() && own.len() >= ground {
                 return quantile(&own, LEVEL).map(|level| (level, false));
             }
-            let unknown = scene.heights(voxel, UNKNOWN, |kind| kind == Kind::Unknown);
+            let unknown = scene.heights(voxel, UNKNOWN, |kind| kind == PointKind::Unknown);
             let level = quantile(&unknown, LEVEL).filter(|_| unknown.len() >= ground.max(1))?;
             let lowest = scene.ground[scene.index(voxel)] + UNKNOWN;
-            let counts = |mark: &Mark| mark.kind() == Kind::Unknown && mark.z() >= lowest;
+            let counts = |mark: &Mark| mark.kind() == PointKind::Unknown && mark.z() >= lowest;
             let (plane, on, all) = scene.plane(voxel, level, counts)?;
             let is_plane = all >= PLANAR.0
                 && on as f64 >= PLANAR.1 * all as f64
                 && plane.rise[0].hypot(plane.rise[1]) <= PLANAR.2 * scene.spacing;
             is_plane.then_some((level, true))
         };
-        Self { levels: scene.voxels().map(level).collect(), kind: Kind::Building }
+        Self { levels: scene.voxels().map(level).collect(), kind: PointKind::Building }
     }
 
     /// Decks of bridges.
-    pub fn decks(scene: &Scene<'_>) -> Self {
-        let level = |voxel: Voxel| {
-            let own = scene.heights(voxel, f64::NEG_INFINITY, |kind| kind == Kind::Deck);
+    pub fn decks(scene: &TileScene<'_>) -> Self {
+        let level = |voxel: TileVoxel| {
+            let own = scene.heights(voxel, f64::NEG_INFINITY, |kind| kind == PointKind::Deck);
             quantile(&own, 0.5).map(|level| (level, false))
         };
-        Self { levels: scene.voxels().map(level).collect(), kind: Kind::Deck }
+        Self { levels: scene.voxels().map(level).collect(), kind: PointKind::Deck }
     }
 
     /// The solid over a voxel that is not at the window's rim.
-    pub fn solid(&self, scene: &Scene<'_>, voxel: Voxel) -> Option<Solid> {
+    pub fn solid(&self, scene: &TileScene<'_>, voxel: TileVoxel) -> Option<Solid> {
         let ground = Some(scene.ground[scene.index(voxel)]).filter(|ground| !ground.is_nan())?;
         let (level, is_sure, is_rim) = self.level(scene, voxel)?;
         let is_same = |mark: &Mark| match mark.kind() {
-            Kind::Unknown => self.kind == Kind::Building && mark.z() >= ground + UNKNOWN,
+            PointKind::Unknown => self.kind == PointKind::Building && mark.z() >= ground + UNKNOWN,
             kind => kind == self.kind,
         };
         let (plane, ..) = scene.plane(voxel, level, is_same)?;
@@ -84,7 +84,7 @@ impl Hard {
         };
         let own = self.kind.paint();
         let paint = Paint { colour: scene.colour(voxel, is_same).unwrap_or(own.colour), ..own };
-        if self.kind == Kind::Deck {
+        if self.kind == PointKind::Deck {
             let deck = scene.solid(Some(plane.height - DECK), &plane, paint);
             return Some(Solid { parallel: true, wall, ..deck });
         }
@@ -93,7 +93,7 @@ impl Hard {
     }
 
     /// Level over a voxel, whether it surely belongs to it, and whether it is at its rim.
-    fn level(&self, scene: &Scene<'_>, voxel: Voxel) -> Option<(f64, bool, bool)> {
+    fn level(&self, scene: &TileScene<'_>, voxel: TileVoxel) -> Option<(f64, bool, bool)> {
         let mut around: Vec<f64> = scene
             .neighbours(voxel)
             .filter_map(|other| self.levels[scene.index(other)])
@@ -111,7 +111,8 @@ impl Hard {
 
         around.sort_by(f64::total_cmp);
         let level = quantile(&around, 0.5)?;
-        let has_ground = scene.window.at(voxel.0, voxel.1).iter().any(|mark| mark.kind() == Kind::Ground);
+        let has_ground =
+            scene.window.at(voxel.0, voxel.1).iter().any(|mark| mark.kind() == PointKind::Ground);
         let is_sure = count >= if has_ground { JOINED_ALL } else { JOINED };
 
         Some((level, is_sure, is_rim))

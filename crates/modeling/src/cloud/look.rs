@@ -6,7 +6,7 @@
 use std::path::Path;
 
 use super::super::workers::in_order;
-use super::class::{self, Kind};
+use super::class::{self, PointKind};
 use super::head::Head;
 use super::read::{Points, RawPoint};
 use hedgehop_base::error::{Error, Result};
@@ -119,7 +119,7 @@ impl Look {
         let place = point.place;
         let own = Self {
             used: u64::from(kind.is_some()),
-            ground: u64::from(kind == Some(Kind::Ground)),
+            ground: u64::from(kind == Some(PointKind::Ground)),
             brightest: point.colour.into_iter().fold(0, u16::max),
             all: [place, place],
             ..Self::none()

@@ -36,4 +36,4 @@ mod wires;
 
 pub(super) use open::{Cloud, open};
 pub(super) use prepare::prepare;
-pub(super) use standing::{Standees, drape};
+pub(super) use standing::{CloudSolids, drape};

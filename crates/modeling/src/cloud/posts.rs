@@ -8,10 +8,10 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use super::class::Kind;
-use super::fit::{Fit, tent};
+use super::class::PointKind;
+use super::fit::{PlaneFit, tent};
 use super::store::TILE;
-use super::window::{Mark, Window};
+use super::window::{Mark, PointWindow};
 use hedgehop_base::colour::{linear_from_srgb8, srgb8_from_linear};
 
 /// Voxels about a tile whose points are asked for.
@@ -74,7 +74,7 @@ impl Mix {
 }
 
 /// The posts of a tile, row by row from the south; `spacing` is a voxel's side, metres.
-pub(super) fn posts(window: &Window, spacing: f64) -> Vec<Post> {
+pub(super) fn posts(window: &PointWindow, spacing: f64) -> Vec<Post> {
     let halo = HALO as usize;
     let tile = halo..halo + TILE as usize;
     tile.clone()
@@ -83,19 +83,19 @@ pub(super) fn posts(window: &Window, spacing: f64) -> Vec<Post> {
         .collect()
 }
 
-fn post(window: &Window, at: (usize, usize), spacing: f64) -> Post {
+fn post(window: &PointWindow, at: (usize, usize), spacing: f64) -> Post {
     let own = window.at(at.0, at.1);
     let flags = if own.is_empty() { 0 } else { Post::HELD };
-    let has = |kind: Kind| own.iter().any(|mark| mark.kind() == kind);
-    let (mut fit, mut mix) = (Fit::new(), Mix::default());
+    let has = |kind: PointKind| own.iter().any(|mark| mark.kind() == kind);
+    let (mut fit, mut mix) = (PlaneFit::new(), Mix::default());
     let mut add = |place, mark: &Mark| {
         let weight = tent(place, 1.0);
         fit.add(place, mark.z(), weight);
         mix.add(mark.srgb(), weight);
     };
 
-    if !has(Kind::Surface) {
-        let ground = window.around(at, 1).filter(|(_, mark)| mark.kind() == Kind::Ground);
+    if !has(PointKind::Surface) {
+        let ground = window.around(at, 1).filter(|(_, mark)| mark.kind() == PointKind::Ground);
         ground.for_each(|(place, mark)| add(place, mark));
     } else {
         let mut heights: Vec<f64> = own.iter().map(Mark::z).collect();
@@ -107,7 +107,7 @@ fn post(window: &Window, at: (usize, usize), spacing: f64) -> Post {
         window.around(at, 1).filter(|(_, mark)| near(mark)).for_each(|(place, mark)| add(place, mark));
     }
 
-    let is_enough = fit.weight() >= LEAST || has(Kind::Ground) || has(Kind::Surface);
+    let is_enough = fit.weight() >= LEAST || has(PointKind::Ground) || has(PointKind::Surface);
     let Some(plane) = fit.plane().filter(|_| is_enough) else { return Post { flags, ..Post::NONE } };
     let colour = mix.srgb();
     let flags = flags | if colour.is_some() { Post::COLOURED } else { 0 };

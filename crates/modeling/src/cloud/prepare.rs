@@ -12,12 +12,12 @@ use super::bin::bin;
 use super::columns;
 use super::open::Cloud;
 use super::posts::{self, Post};
-use super::raster::{self, Area};
-use super::scene::Scene;
-use super::standing::Standees;
-use super::store::{Store, TILE, Tile};
-use super::surface::{self, Field};
-use super::window::Window;
+use super::raster::{self, TileArea};
+use super::scene::TileScene;
+use super::standing::CloudSolids;
+use super::store::{CloudTile, Store, TILE};
+use super::surface::{self, PostField};
+use super::window::PointWindow;
 use hedgehop_base::error::Result;
 use hedgehop_base::progress::Observer;
 use hedgehop_geo::VerticalDatum;
@@ -32,7 +32,7 @@ pub(crate) struct Prepared {
     /// Colours of the ground; `None`: no point has one.
     pub imagery: Option<ImageryInput>,
     /// Solids that stand on it.
-    pub standees: Option<Standees>,
+    pub standees: Option<CloudSolids>,
 }
 
 /// Makes ground, colours and solids of the points of all clouds, with heights above `datum`. Files without names beside `output` hold what
@@ -52,15 +52,15 @@ pub(crate) fn prepare(
         observer,
     };
     let spacing = plan.grid.spacing;
-    let here: BTreeSet<Tile> = bins.tiles().filter(|tile| making.is_inside(*tile)).collect();
+    let here: BTreeSet<CloudTile> = bins.tiles().filter(|tile| making.is_inside(*tile)).collect();
     let own = making.each("ground", &here, |tile| {
-        let posts = posts::posts(&Window::of(&bins, tile, posts::HALO)?, spacing);
+        let posts = posts::posts(&PointWindow::of(&bins, tile, posts::HALO)?, spacing);
         Ok(if posts.iter().any(|post| post.is_known() || post.flags != 0) { posts } else { Vec::new() })
     })?;
     let reach = surface::reach(spacing);
     let about = making.grown(own.tiles(), (reach + TILE - 1) / TILE);
     let filled = making.each("gaps", &about, |tile| {
-        let posts = Field::of(&own, tile, reach)?.filled();
+        let posts = PostField::of(&own, tile, reach)?.filled();
         Ok(if posts.iter().any(Post::is_known) { posts } else { Vec::new() })
     })?;
     drop(own);
@@ -71,16 +71,16 @@ pub(crate) fn prepare(
         None
     } else {
         let solids = making.each("solids", &making.grown(here.iter().copied(), 1), |tile| {
-            let window = Window::of(&bins, tile, columns::HALO)?;
-            let field = Field::of(&filled, tile, columns::HALO)?;
+            let window = PointWindow::of(&bins, tile, columns::HALO)?;
+            let field = PostField::of(&filled, tile, columns::HALO)?;
             let ground = field.posts().map(|post| f64::from(post.height)).collect();
-            Ok(columns::solids(&Scene { window: &window, ground, spacing, density }))
+            Ok(columns::solids(&TileScene { window: &window, ground, spacing, density }))
         })?;
         let is_coloured = clouds.iter().any(Cloud::is_coloured);
-        Some(Standees::new(solids, &plan.grid, is_coloured)?)
+        Some(CloudSolids::new(solids, &plan.grid, is_coloured)?)
     };
 
-    let Some(area) = Area::of(&filled, &plan.grid)? else {
+    let Some(area) = TileArea::of(&filled, &plan.grid)? else {
         return Ok(Prepared { elevation: None, imagery: None, standees: None });
     };
 
@@ -100,15 +100,15 @@ struct Making<'a> {
 }
 
 impl Making<'_> {
-    fn is_inside(&self, tile: Tile) -> bool {
+    fn is_inside(&self, tile: CloudTile) -> bool {
         let grid = &self.plan.grid;
         let inside = |tile: i64, voxels: u32| tile >= 0 && tile * TILE < i64::from(voxels);
         inside(tile.0, grid.nx) && inside(tile.1, grid.ny)
     }
 
     /// Tiles, and those up to so many around them.
-    fn grown(&self, tiles: impl Iterator<Item = Tile>, rings: i64) -> BTreeSet<Tile> {
-        let around = |tile: Tile| {
+    fn grown(&self, tiles: impl Iterator<Item = CloudTile>, rings: i64) -> BTreeSet<CloudTile> {
+        let around = |tile: CloudTile| {
             (-rings..=rings)
                 .flat_map(move |north| (-rings..=rings).map(move |east| (tile.0 + east, tile.1 + north)))
         };
@@ -119,10 +119,10 @@ impl Making<'_> {
     fn each<T: bytemuck::Pod + Send>(
         &self,
         stage: &str,
-        tiles: &BTreeSet<Tile>,
-        make: impl Fn(Tile) -> Result<Vec<T>> + Sync,
+        tiles: &BTreeSet<CloudTile>,
+        make: impl Fn(CloudTile) -> Result<Vec<T>> + Sync,
     ) -> Result<Store<T>> {
-        let tiles: Vec<Tile> = tiles.iter().copied().collect();
+        let tiles: Vec<CloudTile> = tiles.iter().copied().collect();
         let mut store = Store::beside(self.output, 0)?;
         self.observer.begin(stage, tiles.len() as u64, "tiles");
         in_order(

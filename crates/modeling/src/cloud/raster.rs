@@ -8,16 +8,16 @@ use super::super::plan::Plan;
 use super::super::raster::{GeoTransform, Window};
 use super::super::synthetic::Lattice;
 use super::super::vertical::Shift;
-use super::super::warp::Placement;
+use super::super::warp::RasterPlacement;
 use super::posts::Post;
-use super::store::{Store, TILE, Tile};
+use super::store::{CloudTile, Store, TILE};
 use hedgehop::voxel::Grid;
 use hedgehop_base::error::{Error, Result};
 use hedgehop_geo::Transform;
 
 /// The voxels that have posts.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Area {
+pub(super) struct TileArea {
     /// South-west voxel.
     first: [i64; 2],
     /// Voxels eastward and northward.
@@ -26,7 +26,7 @@ pub(super) struct Area {
     pub is_coloured: bool,
 }
 
-impl Area {
+impl TileArea {
     /// The least that holds all posts in the grid.
     pub fn of(store: &Store<Post>, grid: &Grid) -> Result<Option<Self>> {
         let (mut low, mut high, mut is_coloured) = ([i64::MAX; 2], [i64::MIN; 2], false);
@@ -55,11 +55,11 @@ impl Area {
         [x + at(0, 0), y + at(1, 0), x + at(0, self.size[0]), y + at(1, self.size[1])]
     }
 
-    fn place(&self, plan: &Plan) -> Result<(Placement, [f64; 4])> {
+    fn place(&self, plan: &Plan) -> Result<(RasterPlacement, [f64; 4])> {
         let [west, south, east, north] = self.bounds(&plan.grid);
         let side = plan.grid.spacing;
         let geo: GeoTransform = [west, side, 0.0, north, 0.0, -side];
-        let placement = Placement::new(Transform::new(&plan.crs, &plan.crs)?, &geo, self.size());
+        let placement = RasterPlacement::new(Transform::new(&plan.crs, &plan.crs)?, &geo, self.size());
         let placement = placement
             .ok_or_else(|| Error::Configuration(format!("--spacing is {side}, which is too little")))?;
         // Kernels hang over the edge.
@@ -69,7 +69,7 @@ impl Area {
 }
 
 /// Hands over the posts of a tile with their voxels.
-fn each(store: &Store<Post>, tile: Tile, mut take: impl FnMut([i64; 2], &Post)) -> Result<()> {
+fn each(store: &Store<Post>, tile: CloudTile, mut take: impl FnMut([i64; 2], &Post)) -> Result<()> {
     let mut next = 0_i64;
     store.read(tile, |posts| {
         for post in posts {
@@ -80,13 +80,13 @@ fn each(store: &Store<Post>, tile: Tile, mut take: impl FnMut([i64; 2], &Post)) 
 }
 
 /// One of the things that posts say, as a raster.
-struct Posts<F> {
+struct TilePosts<F> {
     store: Arc<Store<Post>>,
-    area: Area,
+    area: TileArea,
     sample: F,
 }
 
-impl<T: Copy, F: Fn(&Post) -> T + Send + Sync> Samples<T> for Posts<F> {
+impl<T: Copy, F: Fn(&Post) -> T + Send + Sync> Samples<T> for TilePosts<F> {
     fn size(&self) -> (u32, u32) {
         self.area.size()
     }
@@ -118,10 +118,10 @@ impl<T: Copy, F: Fn(&Post) -> T + Send + Sync> Samples<T> for Posts<F> {
 }
 
 /// Heights of posts in the grid.
-pub(super) fn elevation(store: &Arc<Store<Post>>, area: Area, plan: &Plan) -> Result<ElevationInput> {
+pub(super) fn elevation(store: &Arc<Store<Post>>, area: TileArea, plan: &Plan) -> Result<ElevationInput> {
     let (placement, reach) = area.place(plan)?;
     let sample = |post: &Post| f64::from(post.height);
-    let samples = Box::new(Posts { store: store.clone(), area, sample });
+    let samples = Box::new(TilePosts { store: store.clone(), area, sample });
     let (block, pixel_side) = ((256, 256), plan.grid.spacing);
     Ok(ElevationInput {
         samples,
@@ -135,9 +135,9 @@ pub(super) fn elevation(store: &Arc<Store<Post>>, area: Area, plan: &Plan) -> Re
 }
 
 /// Colours of posts in the grid.
-pub(super) fn imagery(store: &Arc<Store<Post>>, area: Area, plan: &Plan) -> Result<ImageryInput> {
+pub(super) fn imagery(store: &Arc<Store<Post>>, area: TileArea, plan: &Plan) -> Result<ImageryInput> {
     let (placement, reach) = area.place(plan)?;
     let sample = |post: &Post| post.srgb().map_or([0; 4], |[red, green, blue]| [red, green, blue, 255]);
-    let samples = Box::new(Posts { store: store.clone(), area, sample });
+    let samples = Box::new(TilePosts { store: store.clone(), area, sample });
     Ok(ImageryInput { samples, placement, pixel_side: plan.grid.spacing, reach })
 }

@@ -8,11 +8,11 @@
 //! ```
 
 use super::super::features::{Paint, Solid, Wall};
-use super::class::Kind;
-use super::fit::Fit;
+use super::class::PointKind;
+use super::fit::PlaneFit;
 use super::hard::UNKNOWN;
 use super::posts::Mix;
-use super::scene::{Scene, Voxel, quantile, shaded};
+use super::scene::{TileScene, TileVoxel, quantile, shaded};
 use super::window::Mark;
 
 /// A wide gap: sides of a voxel, and metres, the greater.
@@ -73,19 +73,21 @@ impl Run {
 
 /// Points of a voxel that are left over when its roof is known.
 pub(super) struct Plants<'a, 's> {
-    pub scene: &'a Scene<'s>,
+    pub scene: &'a TileScene<'s>,
     /// Height of the roof or deck over each voxel of the window; NaN where there is none.
     pub roofs: &'a [f64],
 }
 
 impl Plants<'_, '_> {
     /// Solids of plants and of what is not known over a voxel.
-    pub fn solids(&self, voxel: Voxel, out: &mut Vec<Solid>) {
+    pub fn solids(&self, voxel: TileVoxel, out: &mut Vec<Solid>) {
         let scene = self.scene;
         let ground = scene.ground[scene.index(voxel)];
         let counts = |mark: &Mark, roof: f64| match mark.kind() {
-            Kind::Vegetation => mark.z() >= ground + LOWEST,
-            Kind::Unknown => mark.z() >= ground + UNKNOWN && (roof.is_nan() || mark.z() > roof + OVER_ROOF),
+            PointKind::Vegetation => mark.z() >= ground + LOWEST,
+            PointKind::Unknown => {
+                mark.z() >= ground + UNKNOWN && (roof.is_nan() || mark.z() > roof + OVER_ROOF)
+            }
             _ => false,
         };
         let gap = GAP.1.max(GAP.0 * scene.spacing);
@@ -93,15 +95,15 @@ impl Plants<'_, '_> {
     }
 
     /// Solids of towers over a voxel.
-    pub fn towers(&self, voxel: Voxel, out: &mut Vec<Solid>) {
+    pub fn towers(&self, voxel: TileVoxel, out: &mut Vec<Solid>) {
         let own = self.scene.window.at(voxel.0, voxel.1);
-        if own.iter().any(|mark| mark.kind() == Kind::Tower) {
+        if own.iter().any(|mark| mark.kind() == PointKind::Tower) {
             let gap = GAP_OF_TOWERS * GAP.1.max(GAP.0 * self.scene.spacing);
-            self.raise(voxel, gap, |mark, _| mark.kind() == Kind::Tower, out);
+            self.raise(voxel, gap, |mark, _| mark.kind() == PointKind::Tower, out);
         }
     }
 
-    fn raise(&self, voxel: Voxel, gap: f64, counts: impl Fn(&Mark, f64) -> bool, out: &mut Vec<Solid>) {
+    fn raise(&self, voxel: TileVoxel, gap: f64, counts: impl Fn(&Mark, f64) -> bool, out: &mut Vec<Solid>) {
         let scene = self.scene;
         let ground = scene.ground[scene.index(voxel)];
         if ground.is_nan() {
@@ -137,7 +139,8 @@ impl Plants<'_, '_> {
             }
         }
 
-        let kind = if gap > GAP.1.max(GAP.0 * scene.spacing) { Kind::Tower } else { Kind::Vegetation };
+        let kind =
+            if gap > GAP.1.max(GAP.0 * scene.spacing) { PointKind::Tower } else { PointKind::Vegetation };
         let roof = self.roofs[scene.index(voxel)];
 
         // The top of what is below.
@@ -156,13 +159,13 @@ impl Plants<'_, '_> {
     /// The solid of a run, on the ground or above what lies below it.
     fn solid(
         &self,
-        voxel: Voxel,
+        voxel: TileVoxel,
         run: &Run,
         (ground, below, gap): (f64, f64, f64),
-        kind: Kind,
+        kind: PointKind,
     ) -> Option<Solid> {
         let scene = self.scene;
-        let (mut tops, mut bottoms) = (Fit::new(), Vec::new());
+        let (mut tops, mut bottoms) = (PlaneFit::new(), Vec::new());
         for (slot, (low, high)) in
             run.ranges.iter().enumerate().filter_map(|(slot, range)| Some((slot, (*range)?)))
         {
@@ -199,7 +202,7 @@ impl Plants<'_, '_> {
 }
 
 /// A colour that differs a little from voxel to voxel.
-fn rough(colour: [u8; 3], first: [i64; 2], voxel: Voxel) -> [u8; 3] {
+fn rough(colour: [u8; 3], first: [i64; 2], voxel: TileVoxel) -> [u8; 3] {
     let (x, y) = (first[0] + voxel.0 as i64, first[1] + voxel.1 as i64);
     let hash =
         (x as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ (y as u64).wrapping_mul(0xc2b2_ae3d_27d4_eb4f);

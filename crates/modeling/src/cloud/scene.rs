@@ -1,10 +1,10 @@
 //! Scene that solids are made from: the points and the ground about the voxels of a tile.
 
 use super::super::features::{Paint, Solid, Wall};
-use super::class::Kind;
-use super::fit::{Fit, Plane, tent};
+use super::class::PointKind;
+use super::fit::{FittedPlane, PlaneFit, tent};
 use super::posts::Mix;
-use super::window::{Mark, Window};
+use super::window::{Mark, PointWindow};
 
 /// Steepest upper end, rise over run.
 const STEEPEST: f64 = 3.0;
@@ -12,8 +12,8 @@ const STEEPEST: f64 = 3.0;
 const SHADE: f64 = 0.72;
 
 /// Points and ground about the voxels of a tile.
-pub(super) struct Scene<'a> {
-    pub window: &'a Window,
+pub(super) struct TileScene<'a> {
+    pub window: &'a PointWindow,
     /// Heights of the ground of the window's voxels, metres; NaN where there is none.
     pub ground: Vec<f64>,
     /// Side of a voxel, metres.
@@ -23,21 +23,21 @@ pub(super) struct Scene<'a> {
 }
 
 /// A voxel by column and row of the window.
-pub(super) type Voxel = (usize, usize);
+pub(super) type TileVoxel = (usize, usize);
 
-impl Scene<'_> {
-    pub fn index(&self, (column, row): Voxel) -> usize {
+impl TileScene<'_> {
+    pub fn index(&self, (column, row): TileVoxel) -> usize {
         row * self.window.side + column
     }
 
     /// All voxels of the window.
-    pub fn voxels(&self) -> impl Iterator<Item = Voxel> + use<> {
+    pub fn voxels(&self) -> impl Iterator<Item = TileVoxel> + use<> {
         let side = self.window.side;
         (0..side).flat_map(move |row| (0..side).map(move |column| (column, row)))
     }
 
     /// The eight voxels around one, as far as they are of the window.
-    pub fn neighbours(&self, (column, row): Voxel) -> impl Iterator<Item = Voxel> + use<> {
+    pub fn neighbours(&self, (column, row): TileVoxel) -> impl Iterator<Item = TileVoxel> + use<> {
         let side = self.window.side;
         let near = move |at: usize| at.saturating_sub(1)..(at + 2).min(side);
         let all = near(row).flat_map(move |row| near(column).map(move |column| (column, row)));
@@ -45,7 +45,7 @@ impl Scene<'_> {
     }
 
     /// Heights of points of a voxel that stand for something at least so high above its ground, from the lowest on.
-    pub fn heights(&self, voxel: Voxel, least: f64, is: impl Fn(Kind) -> bool) -> Vec<f64> {
+    pub fn heights(&self, voxel: TileVoxel, least: f64, is: impl Fn(PointKind) -> bool) -> Vec<f64> {
         let ground = self.ground[self.index(voxel)];
         let own = self.window.at(voxel.0, voxel.1).iter();
         let mut heights: Vec<f64> =
@@ -57,10 +57,10 @@ impl Scene<'_> {
     /// The plane through points near `level` about a voxel, and how many of all that count lie on it: these, and all.
     pub fn plane(
         &self,
-        voxel: Voxel,
+        voxel: TileVoxel,
         level: f64,
         counts: impl Fn(&Mark) -> bool,
-    ) -> Option<(Plane, usize, usize)> {
+    ) -> Option<(FittedPlane, usize, usize)> {
         // Widths of the band about the level, and of that about a first plane: metres, and sides of a voxel, the greater.
         const BAND: (f64, f64) = (0.8, 1.5);
         const CLOSE: (f64, f64) = (0.15, 0.2);
@@ -69,13 +69,13 @@ impl Scene<'_> {
         let wide = BAND.0.max(BAND.1 * self.spacing);
         let close = CLOSE.0.max(CLOSE.1 * self.spacing);
         let about = || self.window.around(voxel, 1).filter(|(_, mark)| counts(mark));
-        let mut rough = Fit::new();
+        let mut rough = PlaneFit::new();
         for (place, mark) in about().filter(|(_, mark)| (mark.z() - level).abs() <= wide) {
             rough.add(place, mark.z(), tent(place, RADIUS));
         }
 
         let first = rough.plane()?;
-        let (mut fine, mut on, mut all) = (Fit::new(), 0, 0);
+        let (mut fine, mut on, mut all) = (PlaneFit::new(), 0, 0);
         for (place, mark) in about() {
             all += 1;
             if (mark.z() - first.at(place)).abs() <= close {
@@ -90,7 +90,7 @@ impl Scene<'_> {
     }
 
     /// Mean colour of points about a voxel that count, its own before those around.
-    pub fn colour(&self, voxel: Voxel, counts: impl Fn(&Mark) -> bool) -> Option<[u8; 3]> {
+    pub fn colour(&self, voxel: TileVoxel, counts: impl Fn(&Mark) -> bool) -> Option<[u8; 3]> {
         let mut mix = Mix::default();
         for (step, marks) in self.window.voxels(voxel, 1) {
             let weight = if step == [0, 0] { 1.0 } else { 0.2 };
@@ -100,7 +100,7 @@ impl Scene<'_> {
     }
 
     /// A dense solid whose upper end is a plane.
-    pub fn solid(&self, low_m: Option<f64>, plane: &Plane, paint: Paint) -> Solid {
+    pub fn solid(&self, low_m: Option<f64>, plane: &FittedPlane, paint: Paint) -> Solid {
         Solid {
             low_m,
             high_m: plane.height,

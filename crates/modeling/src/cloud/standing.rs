@@ -2,7 +2,7 @@
 
 use super::super::features::{Solid, Wall};
 use super::super::warp::{LevelGrid, Rect};
-use super::class::Kind;
+use super::class::PointKind;
 use super::posts::Mix;
 use super::scene::shaded;
 use super::store::{Store, TILE};
@@ -15,7 +15,7 @@ const DENSE: f64 = 0.4;
 
 /// Solids that stand on the ground of clouds.
 #[derive(Debug)]
-pub(crate) struct Standees {
+pub(crate) struct CloudSolids {
     store: Store<StoredSolid>,
     /// Height of the highest, metres; none stands if it is less than all heights.
     highest: f64,
@@ -25,7 +25,7 @@ pub(crate) struct Standees {
 
 /// Sums of the solids over a coarser voxel.
 #[derive(Default)]
-struct Pile {
+struct SolidPile {
     /// Finest voxels with something on them, and the sum of its heights.
     count: u32,
     sum: f64,
@@ -34,7 +34,7 @@ struct Pile {
     solid: Option<Solid>,
 }
 
-impl Standees {
+impl CloudSolids {
     /// Builds the solids of a grid.
     pub(super) fn new(store: Store<StoredSolid>, grid: &Grid, is_coloured: bool) -> Result<Self> {
         let mut highest = f64::NEG_INFINITY;
@@ -58,7 +58,7 @@ impl Standees {
         let high = [i64::from(rect.x1) * side, i64::from(rect.y1) * side];
         let mut found = Vec::new();
         let mut piles = Vec::new();
-        piles.resize_with(if side > 1 { rect.len() } else { 0 }, Pile::default);
+        piles.resize_with(if side > 1 { rect.len() } else { 0 }, SolidPile::default);
         let range = |axis: usize| low[axis].div_euclid(TILE)..=(high[axis] - 1).div_euclid(TILE);
 
         for tile in range(1).flat_map(|row| range(0).map(move |column| (column, row))) {
@@ -74,7 +74,7 @@ impl Standees {
 
                     let index = rect.index((voxel[0] / side) as u32, (voxel[1] / side) as u32);
                     match piles.get_mut(index) {
-                        Some(pile) => Pile::add(pile, stored.solid()),
+                        Some(pile) => SolidPile::add(pile, stored.solid()),
                         None => found.push((index, stored.solid())),
                     }
                 }
@@ -89,7 +89,7 @@ impl Standees {
 
 /// Gives roofs, decks and plants the colours that the ground below them has in imagery, if it has; wires and towers are seen too thinly there.
 pub(crate) fn drape(solids: &mut [(usize, Solid)], colour: impl Fn(usize) -> Option<[u8; 3]>) {
-    let is_broad = |solid: &Solid| !solid.strip && solid.material != Kind::Tower.paint().material.code();
+    let is_broad = |solid: &Solid| !solid.strip && solid.material != PointKind::Tower.paint().material.code();
     for (index, solid) in solids.iter_mut().filter(|(_, solid)| is_broad(solid)) {
         if let Some(colour) = colour(*index) {
             (solid.top, solid.side) = (colour, shaded(colour));
@@ -97,7 +97,7 @@ pub(crate) fn drape(solids: &mut [(usize, Solid)], colour: impl Fn(usize) -> Opt
     }
 }
 
-impl Pile {
+impl SolidPile {
     fn add(&mut self, solid: Solid) {
         if solid.opacity >= DENSE && !solid.strip {
             self.count += 1;

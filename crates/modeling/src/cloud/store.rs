@@ -20,7 +20,7 @@ use hedgehop_base::error::{Error, Result};
 pub(super) const TILE: i64 = 64;
 
 /// A tile, counted eastward and northward from the grid's origin.
-pub(super) type Tile = (i64, i64);
+pub(super) type CloudTile = (i64, i64);
 
 /// Things that are read at once.
 const AT_ONCE: u64 = 1 << 15;
@@ -33,8 +33,8 @@ pub(super) struct Store<T> {
     path: PathBuf,
     end: u64,
     /// Blocks of each tile: first byte, and how many.
-    blocks: BTreeMap<Tile, Vec<(u64, u64)>>,
-    held: BTreeMap<Tile, Vec<T>>,
+    blocks: BTreeMap<CloudTile, Vec<(u64, u64)>>,
+    held: BTreeMap<CloudTile, Vec<T>>,
     count: usize,
     /// Most records that are held.
     most: usize,
@@ -61,14 +61,14 @@ impl<T: Pod> Store<T> {
     }
 
     /// Adds a thing to a tile.
-    pub fn push(&mut self, tile: Tile, thing: T) -> Result<()> {
+    pub fn push(&mut self, tile: CloudTile, thing: T) -> Result<()> {
         self.held.entry(tile).or_default().push(thing);
         self.count += 1;
         if self.count < self.most { Ok(()) } else { self.settle() }
     }
 
     /// Adds things to a tile.
-    pub fn append(&mut self, tile: Tile, things: &[T]) -> Result<()> {
+    pub fn append(&mut self, tile: CloudTile, things: &[T]) -> Result<()> {
         if things.is_empty() {
             return Ok(());
         }
@@ -86,12 +86,12 @@ impl<T: Pod> Store<T> {
     }
 
     /// Tiles that have something, in order.
-    pub fn tiles(&self) -> impl Iterator<Item = Tile> {
+    pub fn tiles(&self) -> impl Iterator<Item = CloudTile> {
         self.blocks.keys().copied()
     }
 
     /// Hands over what a tile has, part by part.
-    pub fn read(&self, tile: Tile, mut take: impl FnMut(&[T])) -> Result<()> {
+    pub fn read(&self, tile: CloudTile, mut take: impl FnMut(&[T])) -> Result<()> {
         let mut things = Vec::new();
         for (start, count) in self.blocks.get(&tile).into_iter().flatten() {
             for first in (0..*count).step_by(AT_ONCE as usize) {

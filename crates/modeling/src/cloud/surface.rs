@@ -8,7 +8,7 @@
 //! As GDAL's fillnodata does it, in eight directions.
 
 use super::posts::{Mix, Post};
-use super::store::{Store, TILE, Tile};
+use super::store::{CloudTile, Store, TILE};
 use hedgehop_base::error::Result;
 
 /// Distance to which posts are sought: metres, and voxels at least and at most.
@@ -44,15 +44,15 @@ pub(super) fn reach(spacing: f64) -> i64 {
 
 /// Posts of a tile and so many voxels around it.
 #[derive(Debug)]
-pub(super) struct Field {
+pub(super) struct PostField {
     side: i64,
     halo: i64,
     posts: Vec<Post>,
 }
 
-impl Field {
+impl PostField {
     /// Reads a store that has all posts of a tile in one run, or none.
-    pub fn of(store: &Store<Post>, tile: Tile, halo: i64) -> Result<Self> {
+    pub fn of(store: &Store<Post>, tile: CloudTile, halo: i64) -> Result<Self> {
         let side = TILE + 2 * halo;
         let mut posts = vec![Post::NONE; (side * side) as usize];
         let rings = (halo + TILE - 1) / TILE;

@@ -9,7 +9,7 @@
 use glam::{DVec2, dvec2};
 
 use super::super::features::Wall;
-use super::scene::{Scene, Voxel};
+use super::scene::{TileScene, TileVoxel};
 use super::window::Mark;
 
 /// Radius of the circle, sides of a voxel; no more than the voxels that are looked at reach.
@@ -34,8 +34,8 @@ pub(super) enum Side {
 
 /// Finds the part of a voxel that the wall about it leaves; `None` where points show none.
 pub(super) fn between(
-    scene: &Scene<'_>,
-    voxel: Voxel,
+    scene: &TileScene<'_>,
+    voxel: TileVoxel,
     level: f64,
     is_same: impl Fn(&Mark) -> bool,
 ) -> Option<Side> {

@@ -2,8 +2,8 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use super::class::Kind;
-use super::store::{Store, TILE, Tile};
+use super::class::PointKind;
+use super::store::{CloudTile, Store, TILE};
 use hedgehop_base::error::Result;
 
 /// Points of a voxel that are looked at, at most: of more than that every n-th.
@@ -30,8 +30,8 @@ pub(super) struct Mark {
 }
 
 impl Mark {
-    pub fn kind(&self) -> Kind {
-        Kind::of(self.kind)
+    pub fn kind(&self) -> PointKind {
+        PointKind::of(self.kind)
     }
 
     pub fn z(&self) -> f64 {
@@ -45,7 +45,7 @@ impl Mark {
 
 /// A square of voxels and their points.
 #[derive(Debug)]
-pub(super) struct Window {
+pub(super) struct PointWindow {
     /// South-west voxel, from the grid's origin.
     pub first: [i64; 2],
     /// Voxels along a side.
@@ -55,14 +55,14 @@ pub(super) struct Window {
     marks: Vec<Mark>,
 }
 
-impl Window {
+impl PointWindow {
     /// The points of a tile and so many voxels around it, up to the side of a tile. Those of a voxel stand in the order in which they were found.
-    pub fn of(store: &Store<Mark>, tile: Tile, halo: i64) -> Result<Self> {
+    pub fn of(store: &Store<Mark>, tile: CloudTile, halo: i64) -> Result<Self> {
         let first = [tile.0 * TILE - halo, tile.1 * TILE - halo];
         let side = (TILE + 2 * halo) as usize;
         let about = (-1..=1).flat_map(|north| (-1..=1).map(move |east| (tile.0 + east, tile.1 + north)));
 
-        let index = |tile: Tile, mark: &Mark| {
+        let index = |tile: CloudTile, mark: &Mark| {
             let column = tile.0 * TILE + i64::from(mark.voxel[0]) - first[0];
             let row = tile.1 * TILE + i64::from(mark.voxel[1]) - first[1];
             let inside = |at: i64| (0..side as i64).contains(&at);

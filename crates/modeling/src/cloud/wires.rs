@@ -9,9 +9,9 @@
 use glam::{DVec2, dvec2};
 
 use super::super::features::{Solid, Wall};
-use super::class::Kind;
-use super::fit::Plane;
-use super::scene::{Scene, Voxel};
+use super::class::PointKind;
+use super::fit::FittedPlane;
+use super::scene::{TileScene, TileVoxel};
 use super::window::Mark;
 
 /// Voxels about one whose points are asked for.
@@ -26,18 +26,19 @@ const BEYOND: f64 = 0.6;
 const THICKNESS: f64 = 0.05;
 
 /// A point of a wire: place from the voxel's middle, sides of a voxel, and height.
-type Point = (DVec2, f64);
+type WirePoint = (DVec2, f64);
 
 /// Strips of wires over a voxel.
-pub(super) fn strips(scene: &Scene<'_>, voxel: Voxel, out: &mut Vec<Solid>) {
-    let about = scene.window.around(voxel, REACH).filter(|(_, mark)| mark.kind() == Kind::Wire);
-    let points: Vec<(Point, &Mark)> = about.map(|(place, mark)| ((place.into(), mark.z()), mark)).collect();
+pub(super) fn strips(scene: &TileScene<'_>, voxel: TileVoxel, out: &mut Vec<Solid>) {
+    let about = scene.window.around(voxel, REACH).filter(|(_, mark)| mark.kind() == PointKind::Wire);
+    let points: Vec<(WirePoint, &Mark)> =
+        about.map(|(place, mark)| ((place.into(), mark.z()), mark)).collect();
     if points.len() < LEAST {
         return;
     }
 
-    let counts = |mark: &Mark| mark.kind() == Kind::Wire;
-    let own = Kind::Wire.paint();
+    let counts = |mark: &Mark| mark.kind() == PointKind::Wire;
+    let own = PointKind::Wire.paint();
     let colour = scene.colour(voxel, counts).unwrap_or(own.colour);
     let points = points.into_iter().map(|(point, _)| point).collect();
 
@@ -55,9 +56,9 @@ pub(super) fn strips(scene: &Scene<'_>, voxel: Voxel, out: &mut Vec<Solid>) {
 }
 
 /// Groups of points, sorted by a number and cut wherever it leaps.
-fn cut(mut points: Vec<Point>, gap: f64, by: impl Fn(&Point) -> f64) -> Vec<Vec<Point>> {
+fn cut(mut points: Vec<WirePoint>, gap: f64, by: impl Fn(&WirePoint) -> f64) -> Vec<Vec<WirePoint>> {
     points.sort_by(|a, b| by(a).total_cmp(&by(b)));
-    let mut groups: Vec<Vec<Point>> = Vec::new();
+    let mut groups: Vec<Vec<WirePoint>> = Vec::new();
     for point in points {
         match groups.last_mut().filter(|group| group.last().is_some_and(|last| by(&point) - by(last) <= gap))
         {
@@ -70,7 +71,7 @@ fn cut(mut points: Vec<Point>, gap: f64, by: impl Fn(&Point) -> f64) -> Vec<Vec<
 }
 
 /// Middle and direction of points; `None` where they spread in none.
-fn line(points: &[Point]) -> Option<(DVec2, DVec2)> {
+fn line(points: &[WirePoint]) -> Option<(DVec2, DVec2)> {
     let count = points.len() as f64;
     let middle = points.iter().map(|point| point.0).sum::<DVec2>() / count;
     let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
@@ -85,7 +86,7 @@ fn line(points: &[Point]) -> Option<(DVec2, DVec2)> {
 }
 
 /// Upper end and wall of a wire in the voxel, if it goes through.
-fn strip(scene: &Scene<'_>, points: &[Point]) -> Option<(Plane, Wall)> {
+fn strip(scene: &TileScene<'_>, points: &[WirePoint]) -> Option<(FittedPlane, Wall)> {
     let (middle, along) = line(points)?;
     let normal = along.perp();
     let distance = middle.dot(normal);
@@ -109,7 +110,7 @@ fn strip(scene: &Scene<'_>, points: &[Point]) -> Option<(Plane, Wall)> {
     }
 
     let rise = tz / tt.max(f64::MIN_POSITIVE);
-    let plane = Plane { height: mean + rise * here + 0.5 * THICKNESS, rise: (along * rise).into() };
+    let plane = FittedPlane { height: mean + rise * here + 0.5 * THICKNESS, rise: (along * rise).into() };
     let wall = Wall::Plane { facing: normal.y.atan2(normal.x), distance_m: distance * scene.spacing };
 
     Some((plane, wall))

@@ -6,7 +6,7 @@ use hedgehop::voxel::Material;
 
 /// Class of a whole layer, where its rows do not say it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Class {
+pub enum FeatureClass {
     /// Houses, halls, sheds.
     Building,
     /// Ways for wheels and feet.
@@ -47,7 +47,7 @@ pub enum Class {
     Ground,
 }
 
-impl Class {
+impl FeatureClass {
     const NAMES: [(&'static str, Self); 19] = [
         ("building", Self::Building),
         ("road", Self::Road),

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use glam::DVec2;
 
-use super::kinds::Class;
+use super::kinds::FeatureClass;
 use crate::materials::Materials;
 use hedgehop_geo::{Crs, Transform};
 
@@ -240,7 +240,7 @@ pub struct LayerOptions {
     /// The table to read of a GeoPackage; `None`: all that have features.
     pub table: Option<String>,
     /// Class of all of its rows; `None`: what their tags say.
-    pub kind: Option<Class>,
+    pub kind: Option<FeatureClass>,
     /// Names of its attributes.
     pub columns: Columns,
     /// The materials of the place, by whose names rows may say theirs.

@@ -8,7 +8,7 @@ mod read;
 mod shape;
 
 pub use kinds::{
-    Barrier, Building, Cap, Class, Leaf, Meaning, Paint, PowerLine, Rise, Roof, RoofShape, Top, Tree,
+    Barrier, Building, Cap, FeatureClass, Leaf, Meaning, Paint, PowerLine, Rise, Roof, RoofShape, Top, Tree,
     Upright, Way, WayKind, Wire, Wood,
 };
 pub use layer::{Area, Attributes, Columns, Geometry, Layer, LayerOptions, LeftOut, Path, Row, Value};

@@ -18,8 +18,8 @@ mod survey;
 
 use std::path::PathBuf;
 
-pub(super) use raster::{Class, ClassRaster};
-pub(super) use sample::{Cover, CoverInput, Sampler, varied};
+pub(super) use raster::{ClassRaster, SampleClass};
+pub(super) use sample::{CoverInput, LandCover, Sampler, varied};
 pub use scheme::Scheme;
 pub(super) use survey::unknown;
 

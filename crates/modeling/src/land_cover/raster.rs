@@ -11,12 +11,12 @@ pub(crate) struct ClassRaster {
     /// The band of classes, and the alpha band if there is one.
     bands: Vec<u32>,
     /// Class of each sample of 16 bits (two's complement).
-    classes: Vec<Class>,
+    classes: Vec<SampleClass>,
 }
 
 /// Class that a sample states.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Class {
+pub(crate) enum SampleClass {
     /// A material, by its number.
     Known(u8),
     /// Nothing is known there.
@@ -62,9 +62,9 @@ impl ClassRaster {
             let is_signed = matches!(info.sample, SampleType::I8 | SampleType::I16);
             let sample = if is_signed { f64::from(number as i16) } else { f64::from(number) };
             match scheme.material(number) {
-                _ if voids.contains(&sample) || scheme.is_void(number) => Class::Void,
-                Some(material) => Class::Known(material.code()),
-                None => Class::Unknown(sample as i32),
+                _ if voids.contains(&sample) || scheme.is_void(number) => SampleClass::Void,
+                Some(material) => SampleClass::Known(material.code()),
+                None => SampleClass::Unknown(sample as i32),
             }
         };
 
@@ -87,17 +87,17 @@ impl ClassRaster {
     }
 }
 
-impl Samples<Class> for ClassRaster {
+impl Samples<SampleClass> for ClassRaster {
     fn size(&self) -> (u32, u32) {
         (self.info().width, self.info().height)
     }
 
-    fn read(&self, window: Window, classes: &mut Vec<Class>) -> Result<()> {
+    fn read(&self, window: Window, classes: &mut Vec<SampleClass>) -> Result<()> {
         let mut samples = Vec::new();
         self.raster.read(window, &self.bands, &mut samples)?;
         classes.clear();
         classes.extend(samples.chunks_exact(self.bands.len()).map(|pixel| match pixel {
-            [_, 0.0] => Class::Void,
+            [_, 0.0] => SampleClass::Void,
             // Samples have 16 bits at most.
             pixel => self.classes[usize::from(pixel[0] as i32 as u16)],
         }));
@@ -122,12 +122,12 @@ mod tests {
         let mut read = Vec::new();
         classes.read(Window { x: 0, y: 0, width: 6, height: 1 }, &mut read).unwrap();
         let wanted = [
-            Class::Known(Material::Sand.code()),
-            Class::Known(Material::Water.code()),
-            Class::Unknown(9),
-            Class::Unknown(-5),
-            Class::Void,
-            Class::Void,
+            SampleClass::Known(Material::Sand.code()),
+            SampleClass::Known(Material::Water.code()),
+            SampleClass::Unknown(9),
+            SampleClass::Unknown(-5),
+            SampleClass::Void,
+            SampleClass::Void,
         ];
         assert_eq!(read, wanted);
     }
@@ -140,7 +140,7 @@ mod tests {
         let classes = ClassRaster::new(Box::new(sheet), &own, &[]).unwrap();
         let mut read = Vec::new();
         classes.read(Window { x: 0, y: 0, width: 2, height: 1 }, &mut read).unwrap();
-        assert_eq!(read, [Class::Known(Material::Sand.code()), Class::Void]);
+        assert_eq!(read, [SampleClass::Known(Material::Sand.code()), SampleClass::Void]);
         assert!(classes.notes()[0].contains("as they are stored"), "{:?}", classes.notes());
     }
 

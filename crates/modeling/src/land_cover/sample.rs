@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use super::raster::Class;
+use super::raster::SampleClass;
 use crate::footprint::Bounds;
 use crate::inputs::Opened;
 use crate::kernel::Samples;
@@ -11,21 +11,21 @@ use crate::plan::Plan;
 use crate::raster::Window;
 use crate::synthetic::noise::gradient;
 use crate::tint::mix;
-use crate::warp::{self, Field, LevelGrid, Placement, Rect, TOLERANCE};
+use crate::warp::{self, LevelGrid, RasterPlacement, Rect, TOLERANCE, WarpField};
 use hedgehop::voxel::{Grid, Group, Material, RADIX};
 use hedgehop_base::error::Result;
 
 /// A map of classes, placed in the database's grid.
 pub(crate) struct CoverInput {
-    pub samples: Box<dyn Samples<Class>>,
-    pub placement: Placement,
+    pub samples: Box<dyn Samples<SampleClass>>,
+    pub placement: RasterPlacement,
     /// West, south, east, north of what it can reach, metres.
     pub reach: Bounds,
 }
 
 impl CoverInput {
     /// Places a raster in the grid.
-    pub fn place(raster: Opened<Class>, plan: &Plan) -> Result<Self> {
+    pub fn place(raster: Opened<SampleClass>, plan: &Plan) -> Result<Self> {
         let (placement, reach) = raster.place(plan)?;
         Ok(Self { samples: raster.samples, placement, reach })
     }
@@ -33,7 +33,7 @@ impl CoverInput {
 
 /// Cover of a voxel's ground.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(crate) struct Cover {
+pub(crate) struct LandCover {
     /// Number of its material; 0: no raster knows it.
     pub material: u8,
     /// Colour in linear light; means nothing without a material.
@@ -50,7 +50,7 @@ pub(crate) struct Sampler<'a> {
     pub grid: Grid,
     /// Largest window, bytes.
     pub window_bytes: usize,
-    pub window: Vec<Class>,
+    pub window: Vec<SampleClass>,
 }
 
 /// Pixels beside those under a block that its colours ask for: the noise, and the spline.
@@ -64,9 +64,9 @@ const SHARPNESS: u32 = 5;
 
 impl Sampler<'_> {
     /// The cover of a block of a level.
-    pub fn over(&mut self, rect: Rect, level: u8) -> Result<Vec<Cover>> {
+    pub fn over(&mut self, rect: Rect, level: u8) -> Result<Vec<LandCover>> {
         if self.sources.is_empty() {
-            return Ok(vec![Cover::default(); rect.len()]);
+            return Ok(vec![LandCover::default(); rect.len()]);
         }
         if level == 0 {
             return self.of_centres(rect, &LevelGrid::of(&self.grid, 0).grid);
@@ -98,10 +98,10 @@ impl Sampler<'_> {
     }
 
     /// Samples the cover under centres of voxels of a grid.
-    fn of_centres(&mut self, rect: Rect, grid: &Grid) -> Result<Vec<Cover>> {
+    fn of_centres(&mut self, rect: Rect, grid: &Grid) -> Result<Vec<LandCover>> {
         let mut covers = Vec::with_capacity(rect.len());
         for band in rect.bands() {
-            let mut found = vec![Cover::default(); band.len()];
+            let mut found = vec![LandCover::default(); band.len()];
             for source in self.sources {
                 if band.meets(&source.reach, grid) {
                     self.add(source, band, grid, &mut found)?;
@@ -116,10 +116,10 @@ impl Sampler<'_> {
     }
 
     /// Adds what a raster knows to what is not known yet.
-    fn add(&mut self, source: &CoverInput, band: Rect, grid: &Grid, covers: &mut [Cover]) -> Result<()> {
+    fn add(&mut self, source: &CoverInput, band: Rect, grid: &Grid, covers: &mut [LandCover]) -> Result<()> {
         let field = warp::locate(&source.placement, grid, band);
-        let places: Vec<Option<Place>> =
-            (0..band.len()).map(|voxel| Place::of(voxel, &field, source, grid)).collect();
+        let places: Vec<Option<CoverPlace>> =
+            (0..band.len()).map(|voxel| CoverPlace::of(voxel, &field, source, grid)).collect();
         let size = source.samples.size();
         let mut blocks = vec![band];
 
@@ -129,16 +129,16 @@ impl Sampler<'_> {
             let wanted =
                 || voxels().filter(|voxel| covers[*voxel].material == 0).filter_map(|voxel| places[voxel]);
             let Some(window) = around(wanted(), size) else { continue };
-            let bytes = window.width as usize * window.height as usize * size_of::<Class>();
+            let bytes = window.width as usize * window.height as usize * size_of::<SampleClass>();
             if bytes > self.window_bytes && block.len() > 1 {
                 blocks.extend(block.halves());
                 continue;
             }
 
             source.samples.read(window, &mut self.window)?;
-            let pixels = Pixels { window, classes: &self.window };
+            let pixels = CoverPixels { window, classes: &self.window };
             for voxel in voxels() {
-                if let (Some(place), Cover { material: 0, .. }) = (&places[voxel], &covers[voxel]) {
+                if let (Some(place), LandCover { material: 0, .. }) = (&places[voxel], &covers[voxel]) {
                     covers[voxel] = pixels.cover(place, self.materials);
                 }
             }
@@ -150,15 +150,15 @@ impl Sampler<'_> {
 
 /// Place of a voxel in a raster.
 #[derive(Debug, Clone, Copy)]
-struct Place {
+struct CoverPlace {
     /// Column and row, whole numbers at pixel centres.
     at: DVec2,
     /// Pixels per voxel.
     scale: f64,
 }
 
-impl Place {
-    fn of(voxel: usize, field: &Field, source: &CoverInput, grid: &Grid) -> Option<Self> {
+impl CoverPlace {
+    fn of(voxel: usize, field: &WarpField, source: &CoverInput, grid: &Grid) -> Option<Self> {
         let (x, y) = field.rect.voxel(voxel);
         let scale = field.scale(x, y);
         let scale = scale.0.max(scale.1);
@@ -198,7 +198,7 @@ impl Place {
 }
 
 /// The window of pixels that places ask for, within a raster of this size.
-fn around(places: impl Iterator<Item = Place>, (width, height): (u32, u32)) -> Option<Window> {
+fn around(places: impl Iterator<Item = CoverPlace>, (width, height): (u32, u32)) -> Option<Window> {
     let pixels = places.map(|place| place.pixel());
     let joined = |a: [i64; 4], (x, y): (i64, i64)| [a[0].min(x), a[1].min(y), a[2].max(x), a[3].max(y)];
     let all = pixels
@@ -210,30 +210,30 @@ fn around(places: impl Iterator<Item = Place>, (width, height): (u32, u32)) -> O
 }
 
 /// Pixels of a window.
-struct Pixels<'w> {
+struct CoverPixels<'w> {
     window: Window,
-    classes: &'w [Class],
+    classes: &'w [SampleClass],
 }
 
-impl Pixels<'_> {
+impl CoverPixels<'_> {
     /// Number of a pixel's material, 0 if none is known there; beside the window as at its edge.
     fn material(&self, (x, y): (i64, i64)) -> u8 {
         let Window { x: x0, y: y0, width, height } = self.window;
         let column = (x - i64::from(x0)).clamp(0, i64::from(width) - 1) as usize;
         let row = (y - i64::from(y0)).clamp(0, i64::from(height) - 1) as usize;
         match self.classes.get(row * width as usize + column) {
-            Some(Class::Known(number)) => *number,
+            Some(SampleClass::Known(number)) => *number,
             _ => 0,
         }
     }
 
-    fn cover(&self, place: &Place, materials: &Materials) -> Cover {
+    fn cover(&self, place: &CoverPlace, materials: &Materials) -> LandCover {
         let material = self.material(place.pixel());
         if material == 0 {
-            return Cover::default();
+            return LandCover::default();
         }
 
-        let own = Cover::of(material, materials);
+        let own = LandCover::of(material, materials);
         if place.scale >= 1.0 {
             return own;
         }
@@ -266,8 +266,8 @@ impl Pixels<'_> {
         let whole: f32 = parts().map(|(_, share)| share).sum();
 
         parts().fold(Self::nothing(material), |sum, (class, share)| {
-            let (part, weight) = (Cover::of(class, materials), share / whole);
-            Cover {
+            let (part, weight) = (LandCover::of(class, materials), share / whole);
+            LandCover {
                 linear: std::array::from_fn(|channel| sum.linear[channel] + weight * part.linear[channel]),
                 lively: sum.lively + weight * part.lively,
                 material,
@@ -275,8 +275,8 @@ impl Pixels<'_> {
         })
     }
 
-    fn nothing(material: u8) -> Cover {
-        Cover { linear: [0.0; 3], lively: 0.0, material }
+    fn nothing(material: u8) -> LandCover {
+        LandCover { linear: [0.0; 3], lively: 0.0, material }
     }
 }
 
@@ -306,7 +306,7 @@ impl Shares {
     }
 }
 
-impl Cover {
+impl LandCover {
     /// All of one material.
     pub fn of(material: u8, materials: &Materials) -> Self {
         let class = Material::of_code(material);
@@ -320,17 +320,17 @@ impl Cover {
 }
 
 /// Joins the covers of voxels: the most frequent material (the smaller number where two are), and the mean of the colours of those with one.
-fn mean(parts: impl Iterator<Item = Cover>) -> Cover {
-    let mut found: Vec<Cover> = parts.collect();
+fn mean(parts: impl Iterator<Item = LandCover>) -> LandCover {
+    let mut found: Vec<LandCover> = parts.collect();
     found.sort_by_key(|cover| cover.material);
     let material = most_frequent(&found);
-    let known: Vec<&Cover> = found.iter().filter(|cover| cover.material > 0).collect();
+    let known: Vec<&LandCover> = found.iter().filter(|cover| cover.material > 0).collect();
     if material == 0 || known.is_empty() {
-        return Cover::default();
+        return LandCover::default();
     }
     let share = 1.0 / known.len() as f32;
-    let of = |value: &dyn Fn(&Cover) -> f32| known.iter().map(|cover| value(cover)).sum::<f32>() * share;
-    Cover {
+    let of = |value: &dyn Fn(&LandCover) -> f32| known.iter().map(|cover| value(cover)).sum::<f32>() * share;
+    LandCover {
         material,
         linear: std::array::from_fn(|channel| of(&|cover| cover.linear[channel])),
         lively: of(&|cover| cover.lively),
@@ -338,7 +338,7 @@ fn mean(parts: impl Iterator<Item = Cover>) -> Cover {
 }
 
 /// The material of most of some voxels, which are sorted by it.
-fn most_frequent(sorted: &[Cover]) -> u8 {
+fn most_frequent(sorted: &[LandCover]) -> u8 {
     let runs = sorted.chunk_by(|a, b| a.material == b.material);
     runs.map(|run| (run.len(), std::cmp::Reverse(run[0].material)))
         .max()
@@ -352,7 +352,7 @@ const MOTTLING: [(f64, f32); 4] = [(310.0, 0.16), (83.0, 0.16), (23.0, 0.14), (6
 
 /// The colour of ground of a material where no imagery shows it, `ramp` being that by height and slope: linear light. `at` is the centre of the voxel, `side`
 /// its side, metres.
-pub(crate) fn varied(cover: &Cover, ramp: [f32; 3], at: DVec2, side: f64) -> [f32; 3] {
+pub(crate) fn varied(cover: &LandCover, ramp: [f32; 3], at: DVec2, side: f64) -> [f32; 3] {
     let waves = MOTTLING.iter().zip(1000_u64..).filter(|((length, _), _)| *length >= 2.0 * side);
     let mottled: f32 =
         waves.map(|((length, height), seed)| height * gradient(at / *length, seed) as f32).sum();

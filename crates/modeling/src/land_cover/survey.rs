@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::raster::Class;
+use super::raster::SampleClass;
 use super::sample::CoverInput;
 use crate::raster::Window;
 use crate::warp;
@@ -36,12 +36,12 @@ pub(crate) fn unknown(source: &CoverInput, grid: &Grid, (file, scheme): (&str, &
         source.samples.read(Window { y, height, ..window }, &mut classes)?;
         for class in &classes {
             match class {
-                Class::Known(_) => known += 1,
-                Class::Void => {}
-                Class::Unknown(number) if unknown.len() < MOST || unknown.contains_key(number) => {
+                SampleClass::Known(_) => known += 1,
+                SampleClass::Void => {}
+                SampleClass::Unknown(number) if unknown.len() < MOST || unknown.contains_key(number) => {
                     *unknown.entry(*number).or_default() += 1;
                 }
-                Class::Unknown(_) => others += 1,
+                SampleClass::Unknown(_) => others += 1,
             }
         }
     }

@@ -12,8 +12,8 @@
 use glam::{DVec2, Vec3, dvec2};
 
 use super::bands::banded;
-use super::mask::{Form, Mask, RAYS, place};
-use super::rays::{Cell, Steep, Stretch};
+use super::mask::{Mask, MaskForm, RAYS, place};
+use super::rays::{RayCell, Steep, Stretch};
 use super::soup::Soup;
 use crate::features::{Solid, Wall};
 use hedgehop_base::colour::srgb8_from_linear;
@@ -50,7 +50,7 @@ pub(super) struct Over<'s> {
 
 /// A plane over a voxel: height over its centre, and slopes.
 #[derive(Debug, Clone, Copy)]
-struct Plane {
+struct EndPlane {
     height: f64,
     slope: DVec2,
     /// Root of the mean square of what it leaves.
@@ -59,7 +59,7 @@ struct Plane {
 
 impl Over<'_> {
     /// The solids.
-    pub fn fit(&self, cell: &mut Cell) -> Vec<Solid> {
+    pub fn fit(&self, cell: &mut RayCell) -> Vec<Solid> {
         let stretches = cell.stretches(&self.soup.pieces, self.spacing);
         let (sheets, dense): (Vec<Stretch>, Vec<Stretch>) =
             stretches.into_iter().partition(|stretch| stretch.is_sheet);
@@ -122,13 +122,13 @@ impl Over<'_> {
         let form = mask.form(&facings);
 
         let (wall, opacity) = match form {
-            Form::Whole => (Wall::Whole, 1.0),
-            Form::Half(outside, reach) | Form::Strip(outside, reach) => {
+            MaskForm::Whole => (Wall::Whole, 1.0),
+            MaskForm::Half(outside, reach) | MaskForm::Strip(outside, reach) => {
                 let (facing, distance_m) = turned((outside, reach));
                 (Wall::Plane { facing, distance_m }, 1.0)
             }
-            Form::Corner(walls) => (Wall::Corner(walls.map(turned)), 1.0),
-            Form::Island => {
+            MaskForm::Corner(walls) => (Wall::Corner(walls.map(turned)), 1.0),
+            MaskForm::Island => {
                 let around: f64 =
                     beside.iter().filter(|steep| !steep.is_sheet).map(|steep| steep.length()).sum();
                 let round = 2.0 * (std::f64::consts::PI * mask.share()).sqrt() * self.spacing;
@@ -139,8 +139,8 @@ impl Over<'_> {
 
         // Narrow ones have no slope that their places would tell; one that is steep and does not fit would stand out beyond them.
         let is_plane = mask.count() >= RAYS / 4 || upper.rest < 0.2 * STEP * self.spacing;
-        let is_broad = mask.count() >= RAYS / 8 && form != Form::Island && is_plane;
-        let upper = if is_broad { upper } else { Plane { height: ends[1], slope: DVec2::ZERO, ..upper } };
+        let is_broad = mask.count() >= RAYS / 8 && form != MaskForm::Island && is_plane;
+        let upper = if is_broad { upper } else { EndPlane { height: ends[1], slope: DVec2::ZERO, ..upper } };
         let is_parallel = is_broad && upper.slope.length() > 0.05 && upper.slope.distance(lower.slope) < 0.15;
         let low_m = match self.is_ground(ends[0]) {
             true => None,
@@ -312,7 +312,7 @@ impl Over<'_> {
     }
 
     /// The plane through ends of stretches.
-    fn plane(&self, layer: &[Stretch], end: impl Fn(&Stretch) -> f64) -> Plane {
+    fn plane(&self, layer: &[Stretch], end: impl Fn(&Stretch) -> f64) -> EndPlane {
         let count = layer.len() as f64;
         let at = |stretch: &Stretch| place(usize::from(stretch.ray)) * self.spacing;
         let middle = layer.iter().map(at).sum::<DVec2>() / count;
@@ -336,7 +336,7 @@ impl Over<'_> {
         let rest = ((zz - slope.x * xz - slope.y * yz).max(0.0) / count).sqrt();
         let slope = slope.clamp(DVec2::splat(-STEEPEST), DVec2::splat(STEEPEST));
 
-        Plane { height: height - slope.dot(middle), slope, rest }
+        EndPlane { height: height - slope.dot(middle), slope, rest }
     }
 }
 

@@ -22,7 +22,7 @@ pub(super) fn place(ray: usize) -> DVec2 {
 
 /// Form of a mask.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Form {
+pub(super) enum MaskForm {
     /// All of the voxel.
     Whole,
     /// A half-plane: direction of its outside, and how far in that direction it reaches from the voxel's centre, in voxels.
@@ -95,17 +95,17 @@ impl Mask {
     }
 
     /// Finds the form, if faces may look in `facings`, each so far from the voxel's centre (voxels).
-    pub fn form(self, facings: &[(DVec2, f64)]) -> Form {
+    pub fn form(self, facings: &[(DVec2, f64)]) -> MaskForm {
         let count = self.count();
         if let [(outside, own)] = facings
             && count + 1 >= RAYS
             && self.differs(&[(*outside, *own)]) <= 1
         {
             // A corner of the voxel that no ray meets.
-            return Form::Half(*outside, *own);
+            return MaskForm::Half(*outside, *own);
         }
         if count + 1 >= RAYS {
-            return Form::Whole;
+            return MaskForm::Whole;
         }
 
         let tried = |outside: DVec2| (self.half(outside), outside);
@@ -131,23 +131,23 @@ impl Mask {
             free.filter(|((wrong, _), _)| wrong + BETTER < least).or(told)
         };
 
-        let Some(((wrong, reach), outside)) = best else { return Form::Island };
+        let Some(((wrong, reach), outside)) = best else { return MaskForm::Island };
         let most = (count.min(RAYS - count) as u32).div_ceil(2);
         if let Some((corner_wrong, walls)) = self.corner(facings)
             && corner_wrong + 1 < wrong
             && corner_wrong <= most
         {
-            return Form::Corner(walls);
+            return MaskForm::Corner(walls);
         }
         if wrong <= most {
-            return Form::Half(outside, reach);
+            return MaskForm::Half(outside, reach);
         }
 
-        self.strip().unwrap_or(Form::Island)
+        self.strip().unwrap_or(MaskForm::Island)
     }
 
     /// A strip, if it is one: its side that is farther from the centre is its outside.
-    fn strip(self) -> Option<Form> {
+    fn strip(self) -> Option<MaskForm> {
         let middle = self.middle();
         let [mut xx, mut xy, mut yy] = [0.0; 3];
         for from in self.rays().map(|ray| place(ray) - middle) {
@@ -171,6 +171,6 @@ impl Mask {
         let outside = if middle.dot(across) >= 0.0 { across } else { -across };
         let [low, high] = spread(outside);
 
-        (high - low < 0.75 * (to - from)).then_some(Form::Strip(outside, high + 0.5 / RAYS as f64))
+        (high - low < 0.75 * (to - from)).then_some(MaskForm::Strip(outside, high + 0.5 / RAYS as f64))
     }
 }

@@ -24,7 +24,7 @@ mod tests;
 
 pub use built_in::BuiltIn;
 pub(super) use open::{OpenObject, OpenScatter, open_object, open_scatter};
-pub use options::{Form, ObjectFile, ScatterFile};
+pub use options::{ObjectFile, ScatterFile, ScatterForm};
 pub(super) use shape::Shape;
 pub use soup::Stance;
 pub(super) use standing::Objects;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::built_in::BuiltIn;
-use super::options::{Form, ObjectFile, ScatterFile};
+use super::options::{ObjectFile, ScatterFile, ScatterForm};
 use super::shape::Shape;
 use super::soup::{Soup, Stance};
 use crate::features::{self, Footprint, Layer, LayerOptions};
@@ -138,7 +138,7 @@ pub(crate) fn open_scatter(file: &ScatterFile) -> Result<OpenScatter> {
 
     for form in &file.forms {
         let of_form = match form {
-            Form::BuiltIn(form) => {
+            ScatterForm::BuiltIn(form) => {
                 hasher.update(format!("{form:?}").as_bytes());
                 let at = |scale: &f64| {
                     let built_in = Some((*form, *scale));
@@ -146,7 +146,7 @@ pub(crate) fn open_scatter(file: &ScatterFile) -> Result<OpenScatter> {
                 };
                 scales.iter().map(at).collect()
             }
-            Form::File(path) => {
+            ScatterForm::File(path) => {
                 let read = model::read(path, &mut hasher)?;
                 notes.extend(named(path, &read.model));
                 let at = |scale: &f64| {

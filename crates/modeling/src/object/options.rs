@@ -23,7 +23,7 @@ pub struct ObjectFile {
 
 /// Form that is scattered.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Form {
+pub enum ScatterForm {
     /// A file: glTF, OBJ or MagicaVoxel.
     File(PathBuf),
     /// One of those that need none.
@@ -34,7 +34,7 @@ pub enum Form {
 #[derive(Debug, Clone)]
 pub struct ScatterFile {
     /// Forms, one of them at each place.
-    pub forms: Vec<Form>,
+    pub forms: Vec<ScatterForm>,
     /// Material of those of files; built-in ones have materials of their own.
     pub material: Material,
     /// Stance of the objects; headings are by chance, of eight ways to lay them over voxels.
@@ -65,8 +65,8 @@ impl ScatterFile {
     /// The files that it is read from.
     pub(crate) fn paths(&self) -> impl Iterator<Item = &PathBuf> {
         let forms = self.forms.iter().filter_map(|form| match form {
-            Form::File(path) => Some(path),
-            Form::BuiltIn(_) => None,
+            ScatterForm::File(path) => Some(path),
+            ScatterForm::BuiltIn(_) => None,
         });
         forms.chain(&self.area)
     }

@@ -43,7 +43,7 @@ pub(super) struct Steep {
 
 /// All over a voxel.
 #[derive(Debug, Default)]
-pub(super) struct Cell {
+pub(super) struct RayCell {
     crossings: Vec<Crossing>,
     /// Steep faces by direction; parts of a model that stand above each other have walls of their own.
     pub steep: Vec<Steep>,
@@ -71,7 +71,7 @@ const GAP: f64 = 0.1;
 
 /// Some voxels of a lattice.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Window {
+pub(super) struct RayWindow {
     /// South-west corner, metres from the foot.
     pub corner: DVec2,
     pub spacing: f64,
@@ -79,7 +79,7 @@ pub(super) struct Window {
     pub rows: usize,
 }
 
-impl Window {
+impl RayWindow {
     fn centre(&self, column: usize, row: usize) -> DVec2 {
         self.corner + dvec2(column as f64 + 0.5, row as f64 + 0.5) * self.spacing
     }
@@ -97,9 +97,9 @@ impl Window {
     }
 
     /// Finds what some faces are over each voxel, row by row.
-    pub fn look(&self, soup: &Soup, faces: impl Iterator<Item = u32>) -> Vec<Cell> {
-        let mut cells: Vec<Cell> = Vec::new();
-        cells.resize_with(self.columns * self.rows, Cell::default);
+    pub fn look(&self, soup: &Soup, faces: impl Iterator<Item = u32>) -> Vec<RayCell> {
+        let mut cells: Vec<RayCell> = Vec::new();
+        cells.resize_with(self.columns * self.rows, RayCell::default);
         for number in faces {
             let face = &soup.faces[number as usize];
             let across = face.across();
@@ -120,12 +120,12 @@ impl Window {
             }
         }
 
-        cells.iter_mut().for_each(Cell::gather_sides);
+        cells.iter_mut().for_each(RayCell::gather_sides);
         cells
     }
 
     /// Rays of a voxel that pass a face.
-    fn cross(&self, soup: &Soup, (number, face): (u32, &Face), centre: DVec2, cell: &mut Cell) {
+    fn cross(&self, soup: &Soup, (number, face): (u32, &Face), centre: DVec2, cell: &mut RayCell) {
         let [a, b, c] = face.corners.map(|corner| dvec2(corner.x, corner.y));
         let across = face.across();
         let is_masked = soup.materials[face.material as usize].cutoff;
@@ -151,7 +151,7 @@ impl Window {
     }
 
     /// The part of a steep face over a voxel.
-    fn lean(&self, soup: &Soup, face: &Face, centre: DVec2, cell: &mut Cell) {
+    fn lean(&self, soup: &Soup, face: &Face, centre: DVec2, cell: &mut RayCell) {
         let half = 0.5 * self.spacing;
         let local = face.corners.map(|corner| corner - centre.extend(0.0));
         let mut polygon = local.to_vec();
@@ -261,7 +261,7 @@ fn clipped(polygon: &[DVec3], axis: usize, sign: f64, half: f64) -> Vec<DVec3> {
     kept
 }
 
-impl Cell {
+impl RayCell {
     /// Joins sides of one material that are parts of one wall.
     fn gather_sides(&mut self) {
         let walls = &self.steep;

@@ -37,7 +37,7 @@ pub(super) struct Scatter {
 }
 
 /// The natural ground of some voxels, and where something is already.
-pub(super) struct Site<'s> {
+pub(super) struct ScatterSite<'s> {
     pub square: Square,
     /// Heights, metres; NaN where there is none.
     pub heights: &'s [f64],
@@ -65,7 +65,7 @@ impl Scatter {
     }
 
     /// Chooses its placements on the voxels of a site. Those of its outermost ring have no slope, and none.
-    pub fn placements(&self, site: &Site<'_>, out: &mut Vec<Placement>) {
+    pub fn placements(&self, site: &ScatterSite<'_>, out: &mut Vec<Placement>) {
         let square = &site.square;
         let within = self.within(square);
         let [west, south, east, north] = square.bounds();
@@ -100,7 +100,7 @@ impl Scatter {
         }
     }
 
-    fn placement(&self, chance: Chance, site: &Site<'_>, (column, row): (usize, usize)) -> Placement {
+    fn placement(&self, chance: Chance, site: &ScatterSite<'_>, (column, row): (usize, usize)) -> Placement {
         let pick = |index: u64, count: usize| ((chance.of(index) * count as f64) as usize).min(count - 1);
         let scales = &self.shapes[pick(2, self.shapes.len())];
         Placement {
@@ -138,7 +138,7 @@ impl Scatter {
     }
 
     /// Whether the ground is as it is to be.
-    fn suits(&self, site: &Site<'_>, column: usize, row: usize) -> bool {
+    fn suits(&self, site: &ScatterSite<'_>, column: usize, row: usize) -> bool {
         let height = |column: usize, row: usize| site.heights[site.square.index(column, row)];
         let here = height(column, row);
         if here.is_nan() || self.heights_m.is_some_and(|[low, high]| here < low || here > high) {
@@ -193,8 +193,13 @@ mod tests {
         let features: Vec<bool> = (0..side * side).map(taken).collect();
         let objects = vec![false; side * side];
         let materials: Vec<u8> = (0..side * side).map(|index| (index / side % 3) as u8).collect();
-        let site =
-            Site { square, heights: &heights, materials: &materials, features: &features, objects: &objects };
+        let site = ScatterSite {
+            square,
+            heights: &heights,
+            materials: &materials,
+            features: &features,
+            objects: &objects,
+        };
         let mut placements = Vec::new();
         scatter.placements(&site, &mut placements);
         placements

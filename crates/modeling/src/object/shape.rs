@@ -3,7 +3,7 @@
 use glam::{DVec2, dvec2};
 
 use super::fit::Over;
-use super::rays::Window;
+use super::rays::RayWindow;
 use super::soup::Soup;
 use crate::features::{Solid, TreeKind, Wall};
 use crate::materials::Materials;
@@ -69,7 +69,7 @@ impl Shape {
         let mut found: Vec<Vec<Solid>> = vec![Vec::new(); columns * rows];
         for (tile, faces) in of_tile.into_iter().enumerate() {
             let (x0, y0) = (tile % tiles.0 * TILE, tile / tiles.0 * TILE);
-            let window = Window {
+            let window = RayWindow {
                 corner: corner + dvec2(x0 as f64, y0 as f64) * spacing,
                 spacing,
                 columns: TILE.min(columns - x0),

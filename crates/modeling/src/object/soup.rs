@@ -232,7 +232,7 @@ impl Soup {
             }
         }
 
-        let mut sums = vec![Sums::default(); of_root.len()];
+        let mut sums = vec![PieceSums::default(); of_root.len()];
         // Sums of floats depend on their order, which that of a map is not.
         let mut edges: Vec<([u32; 2], Edge)> = edges.into_iter().collect();
         edges.sort_unstable_by_key(|(corners, _)| *corners);
@@ -263,7 +263,7 @@ impl Soup {
             sums.volume += a.dot(b.cross(c)) / 6.0;
         }
 
-        self.pieces = sums.iter().map(Sums::inside).collect();
+        self.pieces = sums.iter().map(PieceSums::inside).collect();
     }
 }
 
@@ -291,7 +291,7 @@ struct Edge {
 
 /// Sums over a piece.
 #[derive(Debug, Clone, Copy)]
-struct Sums {
+struct PieceSums {
     area: f64,
     volume: f64,
     /// Length of edges that no other triangle passes the other way.
@@ -303,14 +303,14 @@ struct Sums {
     high: f64,
 }
 
-impl Default for Sums {
+impl Default for PieceSums {
     fn default() -> Self {
         let (low, high) = (f64::INFINITY, f64::NEG_INFINITY);
         Self { area: 0.0, volume: 0.0, open: 0.0, open_high: high, odd: 0.0, low, high }
     }
 }
 
-impl Sums {
+impl PieceSums {
     fn inside(&self) -> Inside {
         let is_inverted = self.volume < 0.0;
         let is_short = |length: f64| length * length <= OPEN * self.area;

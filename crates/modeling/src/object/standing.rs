@@ -15,7 +15,7 @@ use super::built_in::BuiltIn;
 use super::open::{OpenObject, OpenScatter, Scaled};
 use super::options::ScatterFile;
 use super::placement::{Placement, raise};
-use super::scatter::{Scatter, Site};
+use super::scatter::{Scatter, ScatterSite};
 use super::shape::Shape;
 use super::soup::Soup;
 use crate::features::Square;
@@ -60,7 +60,7 @@ struct Stock {
 
 /// An object at one of its places.
 #[derive(Debug)]
-struct Placed {
+struct PlacedStock {
     stock: u32,
     place: DVec2,
     foot_m: f64,
@@ -74,7 +74,7 @@ struct Placed {
 pub(crate) struct Objects {
     soups: Vec<Soup>,
     stocks: Vec<Stock>,
-    placed: Vec<Placed>,
+    placed: Vec<PlacedStock>,
     scatters: Vec<(Scatter, Key)>,
     origin: DVec2,
     /// Farthest that a scattered form reaches, metres.
@@ -164,7 +164,7 @@ impl Objects {
             let key = keyer.with(&file.material).with(&is_exact).with(&place).with(&foot_m).key();
             let reach = [place.x + low.x, place.y + low.y, place.x + high.x, place.y + high.y];
             self.highest = self.highest.max(self.top(soup, foot_m, grid.spacing));
-            self.placed.push(Placed { stock, place, foot_m, reach, key });
+            self.placed.push(PlacedStock { stock, place, foot_m, reach, key });
         }
 
         Ok(())
@@ -339,7 +339,7 @@ impl Objects {
             rows: wide.height(),
         };
 
-        let site = Site { square, heights: natural, materials, features, objects: &objects };
+        let site = ScatterSite { square, heights: natural, materials, features, objects: &objects };
         for (scatter, _) in &self.scatters {
             let is_seen = |number: &u32| {
                 let [low, high] = self.soups[self.stocks[*number as usize].soup].corners;

@@ -4,9 +4,9 @@ use std::collections::HashMap;
 
 use glam::DVec2;
 
-use super::{Bare, Ground, Made, PageMaker, Project};
+use super::{Bare, MadePage, PageGround, PageMaker, Project};
 use crate::cloud;
-use crate::land_cover::{self, Cover};
+use crate::land_cover::{self, LandCover};
 use crate::placing::{Placed, covered};
 use crate::standing::{Built, DENSE};
 use crate::tint::mix;
@@ -20,7 +20,7 @@ impl PageMaker<'_> {
     pub(super) fn copied(
         &mut self,
         rect: Rect,
-        ground: &Ground,
+        ground: &PageGround,
         is_built: bool,
     ) -> Result<Option<VoxelBlock>> {
         let Project { standees, synthetic, land_cover, .. } = self.project;
@@ -59,7 +59,7 @@ impl PageMaker<'_> {
     pub(super) fn draped(
         &mut self,
         rect: Rect,
-        (around, ground): (Rect, &Ground),
+        (around, ground): (Rect, &PageGround),
         built: Option<&mut Built>,
     ) -> Result<VoxelBlock> {
         let pigments = self.drape.pigments(rect)?;
@@ -121,8 +121,8 @@ impl PageMaker<'_> {
     }
 
     /// Numbers of what bare ground over `rect` is made of, without what lies on it.
-    pub(super) fn materials(&self, rect: Rect, covers: &[Cover], built: Option<&Built>) -> Vec<u8> {
-        let stated = |(voxel, mapped): (usize, &Cover)| {
+    pub(super) fn materials(&self, rect: Rect, covers: &[LandCover], built: Option<&Built>) -> Vec<u8> {
+        let stated = |(voxel, mapped): (usize, &LandCover)| {
             let (x, y) = rect.voxel(voxel);
             let place = warp::world(&self.level.grid, f64::from(x) + 0.5, f64::from(y) + 0.5);
             self.stated(mapped, place.into()).material
@@ -136,16 +136,16 @@ impl PageMaker<'_> {
     }
 
     /// The cover at a place, as shapes and textures state it over what maps show.
-    fn stated(&self, mapped: &Cover, at: DVec2) -> Cover {
+    fn stated(&self, mapped: &LandCover, at: DVec2) -> LandCover {
         let known = Material::of_code(mapped.material);
         match self.project.synthetic.material(at, known) {
             material if material == known => *mapped,
-            material => Cover::of(material.code(), self.project.materials),
+            material => LandCover::of(material.code(), self.project.materials),
         }
     }
 
     /// Puts what was built over `around` on the voxels of a block, whose heights are those of its bare ground.
-    pub(super) fn put(&self, made: &mut Made, rect: Rect, (around, built): (Rect, &Built)) {
+    pub(super) fn put(&self, made: &mut MadePage, rect: Rect, (around, built): (Rect, &Built)) {
         let Project { code, grid, .. } = self.project;
         let inside = |index: usize| within(rect, around, index);
         let VoxelBlock { heights, colours, attributes, .. } = &mut made.voxels;
@@ -161,7 +161,8 @@ impl PageMaker<'_> {
             }
 
             let (over, share) = if is_bare {
-                let cover = Cover { linear: own, ..Cover::of(paint.material.code(), self.project.materials) };
+                let cover =
+                    LandCover { linear: own, ..LandCover::of(paint.material.code(), self.project.materials) };
                 (land_cover::varied(&cover, under, place.into(), self.level.grid.spacing), *share)
             } else {
                 (own, *share * f64::from(self.project.materials.tint(paint.material)))
@@ -231,7 +232,7 @@ impl PageMaker<'_> {
         }
     }
 
-    fn tint(&self, ground: &Ground, x: u32, y: u32) -> [f32; 3] {
+    fn tint(&self, ground: &PageGround, x: u32, y: u32) -> [f32; 3] {
         let surface = &ground.surface;
         let height = |x: u32, y: u32| surface.heights[surface.rect.index(x, y)];
         let here = height(x, y);

@@ -39,7 +39,7 @@ struct AsciiGrid {
 /// Opens a grid.
 pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Raster>> {
     let mut tokens = Tokens::new(&file, text_begin(&file)?)?;
-    let mut header = Header::default();
+    let mut header = AsciiHeader::default();
     let first_value = header.parse(&mut tokens)?;
     let (width, height) = header.size(file.path())?;
     let block_rows = (BLOCK_SAMPLES / width).clamp(1, height);
@@ -77,7 +77,7 @@ fn text_begin(file: &InputFile) -> Result<u64> {
 }
 
 #[derive(Debug, Default)]
-struct Header {
+struct AsciiHeader {
     columns: Option<u32>,
     rows: Option<u32>,
     x: Option<(f64, bool)>,
@@ -87,7 +87,7 @@ struct Header {
     nodata: Option<String>,
 }
 
-impl Header {
+impl AsciiHeader {
     /// Takes the header's keys and values and returns the first number after them.
     fn parse(&mut self, tokens: &mut Tokens<'_>) -> Result<Token> {
         loop {

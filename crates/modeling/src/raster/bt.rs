@@ -8,7 +8,7 @@
 //! ```
 
 use super::blocks::BlockRaster;
-use super::columns::{Columns, GROUP, plain_little_endian};
+use super::columns::{GROUP, RasterColumns, plain_little_endian};
 use super::file::InputFile;
 use super::sample::ByteOrder;
 use super::{OpenOptions, Raster, RasterInfo, SampleType, side};
@@ -73,7 +73,8 @@ pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Ras
 
     let record_bytes = u64::from(height) * sample.bytes() as u64;
     let columns =
-        Columns { file, info, first: HEADER, record_bytes, decode: plain_little_endian(sample) }.checked()?;
+        RasterColumns { file, info, first: HEADER, record_bytes, decode: plain_little_endian(sample) }
+            .checked()?;
 
     Ok(Box::new(BlockRaster::new(columns, options.cache_bytes, "gdal_translate -co TILED=YES IN out.tif")?))
 }

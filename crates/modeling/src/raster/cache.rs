@@ -63,7 +63,7 @@ impl<B: Weigh> BlockCache<B> {
         }
         drop(state);
         // Frees the key however decoding ends, so that nobody waits for ever.
-        let _claim = Claim { cache: self, key };
+        let _claim = BlockClaim { cache: self, key };
         let block = Arc::new(decode()?);
         self.lock().insert(key, &block, self.budget);
         Ok(block)
@@ -98,12 +98,12 @@ impl<B: Weigh> State<B> {
     }
 }
 
-struct Claim<'a, B: Weigh> {
+struct BlockClaim<'a, B: Weigh> {
     cache: &'a BlockCache<B>,
     key: u64,
 }
 
-impl<B: Weigh> Drop for Claim<'_, B> {
+impl<B: Weigh> Drop for BlockClaim<'_, B> {
     fn drop(&mut self) {
         self.cache.lock().decoding.remove(&self.key);
         self.cache.changed.notify_all();

@@ -14,7 +14,7 @@ pub(super) type DecodeColumn = fn(column: u32, record: &mut [u8]) -> std::result
 
 /// A file of columns.
 #[derive(Debug)]
-pub(super) struct Columns {
+pub(super) struct RasterColumns {
     pub file: InputFile,
     pub info: RasterInfo,
     /// Begin of the first column, bytes.
@@ -24,7 +24,7 @@ pub(super) struct Columns {
     pub decode: DecodeColumn,
 }
 
-impl Columns {
+impl RasterColumns {
     /// Refuses files that do not hold all columns.
     pub fn checked(self) -> Result<Self> {
         let total = self.record_bytes.checked_mul(u64::from(self.info.width));
@@ -42,7 +42,7 @@ impl Columns {
     }
 }
 
-impl BlockSource for Columns {
+impl BlockSource for RasterColumns {
     fn info(&self) -> &RasterInfo {
         &self.info
     }

@@ -10,7 +10,7 @@
 //! taken as that, as GDAL does. Towards the poles columns are further apart than rows; the header says so.
 
 use super::blocks::BlockRaster;
-use super::columns::{Columns, GROUP};
+use super::columns::{GROUP, RasterColumns};
 use super::file::InputFile;
 use super::{OpenOptions, Raster, RasterInfo, SampleType};
 use hedgehop_base::error::{Error, Result};
@@ -36,7 +36,7 @@ pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Ras
         return Err(Error::invalid(file.path(), what));
     }
 
-    let header = Header::parse(&uhl, start).map_err(|what| Error::invalid(file.path(), what))?;
+    let header = DtedHeader::parse(&uhl, start).map_err(|what| Error::invalid(file.path(), what))?;
     let datum = String::from_utf8_lossy(&dsi[141..144]).into_owned();
     let horizontal = String::from_utf8_lossy(&dsi[144..149]).into_owned();
 
@@ -86,7 +86,7 @@ pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Ras
 
     let record_bytes = (BEFORE + AFTER) as u64 + 2 * u64::from(header.posts);
     let first = start + UHL + DSI + ACC;
-    let columns = Columns { file, info, first, record_bytes, decode: decode_column }.checked()?;
+    let columns = RasterColumns { file, info, first, record_bytes, decode: decode_column }.checked()?;
 
     Ok(Box::new(BlockRaster::new(columns, options.cache_bytes, "gdal_translate -co TILED=YES IN out.tif")?))
 }
@@ -116,7 +116,7 @@ fn user_header(file: &InputFile) -> Result<u64> {
 }
 
 #[derive(Debug, PartialEq)]
-struct Header {
+struct DtedHeader {
     longitude: f64,
     latitude: f64,
     /// Degrees between columns and between posts.
@@ -125,7 +125,7 @@ struct Header {
     posts: u32,
 }
 
-impl Header {
+impl DtedHeader {
     fn parse(uhl: &[u8], start: u64) -> std::result::Result<Self, String> {
         let field = |range: std::ops::Range<usize>| String::from_utf8_lossy(&uhl[range]).trim().to_owned();
         let number = |range: std::ops::Range<usize>, what: &str| {
@@ -219,13 +219,13 @@ mod tests {
     fn header() {
         let mut uhl = [b' '; 80];
         uhl[..55].copy_from_slice(b"UHL10060000W0750000S060003000051U              01810121");
-        let header = Header::parse(&uhl, 0).unwrap();
+        let header = DtedHeader::parse(&uhl, 0).unwrap();
         assert_eq!(
             (header.longitude, header.latitude, header.columns, header.posts),
             (-6.0, -75.0, 181, 121)
         );
         assert_eq!(header.steps, (600.0 / 36000.0, 300.0 / 36000.0));
         uhl[50] = b'x';
-        assert!(Header::parse(&uhl, 0).unwrap_err().contains("byte 47"));
+        assert!(DtedHeader::parse(&uhl, 0).unwrap_err().contains("byte 47"));
     }
 }

@@ -6,9 +6,9 @@
 
 use std::path::Path;
 
-use super::fields::Fields;
+use super::fields::TextFields;
 use super::file::InputFile;
-use super::raw::{Placement, RawRaster, RowStarts};
+use super::raw::{RawRaster, RowStarts, SamplePlacement};
 use super::sample::ByteOrder;
 use super::{GeoTransform, Raster, RasterInfo, SampleType, nodata, side};
 use hedgehop_base::error::{Error, Result};
@@ -46,15 +46,15 @@ pub(super) fn open(file: InputFile, header: &Path, text: &str) -> Result<Box<dyn
 }
 
 /// `key value` lines; what stands after the value is no part of it.
-fn parse<'a>(path: &'a Path, text: &str) -> Fields<'a> {
+fn parse<'a>(path: &'a Path, text: &str) -> TextFields<'a> {
     let pair = |line: &str| {
         let mut words = line.split_whitespace();
         Some((words.next()?.to_ascii_lowercase(), words.next()?.to_ascii_lowercase()))
     };
-    Fields { path, values: text.lines().filter_map(pair).collect() }
+    TextFields { path, values: text.lines().filter_map(pair).collect() }
 }
 
-fn sample(fields: &Fields<'_>, float: bool) -> Result<SampleType> {
+fn sample(fields: &TextFields<'_>, float: bool) -> Result<SampleType> {
     let bits = fields.whole("nbits")?.unwrap_or(if float { 32 } else { 8 });
     let kind = fields.text("pixeltype").unwrap_or(if float { "float" } else { "" });
     match (bits, kind) {
@@ -75,11 +75,11 @@ fn sample(fields: &Fields<'_>, float: bool) -> Result<SampleType> {
 }
 
 fn placement(
-    fields: &Fields<'_>,
+    fields: &TextFields<'_>,
     (width, height, bands): (u32, u32, u32),
     size: u64,
     order: ByteOrder,
-) -> Result<Placement> {
+) -> Result<SamplePlacement> {
     let first = fields.whole("skipbytes")?.map_or(0, u64::from);
     let (width, height) = (u64::from(width), u64::from(height));
     let row = width * size;
@@ -102,10 +102,10 @@ fn placement(
         Some(other) => return Err(fields.wrong("layout", other)),
     };
 
-    Ok(Placement { rows: RowStarts::Even { first, row_bytes }, pixel_bytes, band_bytes, order })
+    Ok(SamplePlacement { rows: RowStarts::Even { first, row_bytes }, pixel_bytes, band_bytes, order })
 }
 
-fn geo(fields: &Fields<'_>, rows: u32) -> Result<Option<GeoTransform>> {
+fn geo(fields: &TextFields<'_>, rows: u32) -> Result<Option<GeoTransform>> {
     let cell = fields.number("cellsize")?;
     let step_x = fields.number("xdim")?.or(cell);
     let step_y = fields.number("ydim")?.or(cell);

@@ -37,7 +37,7 @@ pub struct ElevationRaster {
     /// The band, and the alpha band if there is one.
     bands: Vec<u32>,
     conversion: Conversion,
-    undeclared: Mutex<BTreeMap<Value, u64>>,
+    undeclared: Mutex<BTreeMap<HeightValue, u64>>,
 }
 
 /// Conversion of samples to heights.
@@ -84,7 +84,7 @@ impl Conversion {
 
 /// A sample by its bits, for counting.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct Value(u64);
+struct HeightValue(u64);
 
 /// Returns the windows of the sparse scans. They depend on the size of a raster alone: the same pixels in other blocks must come to the same.
 pub(super) fn sparse_windows((width, height): (u32, u32)) -> impl Iterator<Item = Window> {
@@ -146,7 +146,7 @@ impl ElevationRaster {
     /// what `heights` held.
     pub fn read(&self, window: Window, heights: &mut Vec<f64>) -> Result<()> {
         self.raster.read(window, &self.bands, heights)?;
-        let mut undeclared: BTreeMap<Value, u64> = BTreeMap::new();
+        let mut undeclared: BTreeMap<HeightValue, u64> = BTreeMap::new();
         if self.bands.len() == 2 {
             for pixel in 0..heights.len() / 2 {
                 let (sample, alpha) = (heights[2 * pixel], heights[2 * pixel + 1]);
@@ -163,7 +163,7 @@ impl ElevationRaster {
         for sample in heights.iter_mut() {
             let height = self.conversion.height(*sample);
             if height.is_nan() && !self.conversion.is_nodata(*sample) {
-                *undeclared.entry(Value(sample.to_bits())).or_default() += 1;
+                *undeclared.entry(HeightValue(sample.to_bits())).or_default() += 1;
             }
             *sample = height;
         }
@@ -225,7 +225,7 @@ impl ElevationRaster {
         notes
     }
 
-    fn count(&self, found: BTreeMap<Value, u64>) {
+    fn count(&self, found: BTreeMap<HeightValue, u64>) {
         /// A file full of noise must not fill the memory with its values.
         const MOST: usize = 4096;
         let mut undeclared = self.undeclared.lock().unwrap_or_else(PoisonError::into_inner);
@@ -233,7 +233,7 @@ impl ElevationRaster {
             let value = if undeclared.len() < MOST || undeclared.contains_key(&value) {
                 value
             } else {
-                Value(f64::INFINITY.to_bits())
+                HeightValue(f64::INFINITY.to_bits())
             };
             *undeclared.entry(value).or_default() += count;
         }

@@ -8,9 +8,9 @@
 use std::collections::HashMap;
 use std::path::Path;
 
-use super::fields::Fields;
+use super::fields::TextFields;
 use super::file::InputFile;
-use super::raw::{Placement, RawRaster, RowStarts};
+use super::raw::{RawRaster, RowStarts, SamplePlacement};
 use super::sample::ByteOrder;
 use super::{GeoTransform, Raster, RasterInfo, SampleType, nodata, side};
 use hedgehop_base::error::{Error, Result};
@@ -46,7 +46,7 @@ pub(super) fn open(file: InputFile, header: &Path, text: &str) -> Result<Box<dyn
 }
 
 /// `key = value` entries.
-fn parse<'a>(path: &'a Path, text: &str) -> Fields<'a> {
+fn parse<'a>(path: &'a Path, text: &str) -> TextFields<'a> {
     let mut values = HashMap::new();
     let mut lines = text.lines();
     while let Some(line) = lines.next() {
@@ -60,10 +60,10 @@ fn parse<'a>(path: &'a Path, text: &str) -> Fields<'a> {
         let value = value.trim_matches(|c: char| c == '{' || c == '}' || c.is_whitespace()).to_owned();
         values.insert(key.trim().to_ascii_lowercase(), value);
     }
-    Fields { path, values }
+    TextFields { path, values }
 }
 
-fn sample(fields: &Fields<'_>) -> Result<SampleType> {
+fn sample(fields: &TextFields<'_>) -> Result<SampleType> {
     match fields.whole("data type")? {
         Some(1) => Ok(SampleType::U8),
         Some(2) => Ok(SampleType::I16),
@@ -84,11 +84,11 @@ fn sample(fields: &Fields<'_>) -> Result<SampleType> {
 }
 
 fn placement(
-    fields: &Fields<'_>,
+    fields: &TextFields<'_>,
     (width, height, bands): (u32, u32, u32),
     size: u64,
     order: ByteOrder,
-) -> Result<Placement> {
+) -> Result<SamplePlacement> {
     let first = fields.whole("header offset")?.map_or(0, u64::from);
     let row = u64::from(width) * size;
     let huge = || Error::invalid(fields.path, "states a size that exceeds 64 bits");
@@ -100,14 +100,14 @@ fn placement(
             Some("bip") => (all_bands, size * u64::from(bands), size),
             Some(other) => return Err(fields.wrong("interleave", other)),
         };
-    Ok(Placement { rows: RowStarts::Even { first, row_bytes }, pixel_bytes, band_bytes, order })
+    Ok(SamplePlacement { rows: RowStarts::Even { first, row_bytes }, pixel_bytes, band_bytes, order })
 }
 
-fn map_info<'f>(fields: &'f Fields<'_>) -> Vec<&'f str> {
+fn map_info<'f>(fields: &'f TextFields<'_>) -> Vec<&'f str> {
     fields.text("map info").map(|text| text.split(',').map(str::trim).collect()).unwrap_or_default()
 }
 
-fn geo(fields: &Fields<'_>) -> Result<Option<GeoTransform>> {
+fn geo(fields: &TextFields<'_>) -> Result<Option<GeoTransform>> {
     let map_info = map_info(fields);
     if map_info.is_empty() {
         return Ok(None);
@@ -125,7 +125,7 @@ fn geo(fields: &Fields<'_>) -> Result<Option<GeoTransform>> {
     if side::is_sound(&geo) { Ok(Some(geo)) } else { Err(wrong()) }
 }
 
-fn set_crs(fields: &Fields<'_>, info: &mut RasterInfo) -> Result<()> {
+fn set_crs(fields: &TextFields<'_>, info: &mut RasterInfo) -> Result<()> {
     if let Some(wkt) = fields.text("coordinate system string").filter(|wkt| !wkt.is_empty()) {
         side::set_crs(info, fields.path, wkt);
         return Ok(());

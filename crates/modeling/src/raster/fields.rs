@@ -6,13 +6,13 @@ use std::path::Path;
 use hedgehop_base::error::{Error, Result};
 
 /// A value for each key; keys are in lower case.
-pub(super) struct Fields<'a> {
+pub(super) struct TextFields<'a> {
     /// The header, for messages.
     pub path: &'a Path,
     pub values: HashMap<String, String>,
 }
 
-impl Fields<'_> {
+impl TextFields<'_> {
     pub fn text(&self, key: &str) -> Option<&str> {
         self.values.get(key).map(String::as_str)
     }

@@ -3,7 +3,7 @@
 //! and columns lie on whole degrees (USGS, *SRTM Topography*, 2015, §2.1). Voids are −32768; heights are metres above EGM96.
 
 use super::file::InputFile;
-use super::raw::{Placement, RawRaster, RowStarts};
+use super::raw::{RawRaster, RowStarts, SamplePlacement};
 use super::sample::ByteOrder;
 use super::{GeoTransform, Raster, RasterInfo, SampleType};
 use hedgehop_base::error::{Error, Result};
@@ -43,7 +43,7 @@ pub(super) fn open(file: InputFile) -> Result<Box<dyn Raster>> {
         ..RasterInfo::blank(file.path(), "SRTM .hgt")
     };
 
-    let placement = Placement {
+    let placement = SamplePlacement {
         rows: RowStarts::Even { first: 0, row_bytes: u64::from(posts) * 2 },
         pixel_bytes: 2,
         band_bytes: 0,

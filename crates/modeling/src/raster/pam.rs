@@ -19,7 +19,7 @@ const LONGEST: u64 = 64 << 20;
 
 /// Position of an element's text.
 #[derive(Default)]
-struct Place {
+struct TextPlace {
     /// Names of the elements around it.
     path: Vec<String>,
     /// The band, counted from 1, within one.
@@ -48,7 +48,7 @@ fn read(info: &mut RasterInfo, path: &Path, text: &str) -> Result<()> {
         Error::invalid(path, format!("is no metadata that can be read ({what}); remove it, or write it anew"))
     };
     let mut reader = Reader::from_str(text);
-    let mut place = Place::default();
+    let mut place = TextPlace::default();
 
     loop {
         match reader.read_event().map_err(|error| broken(error.to_string()))? {
@@ -77,7 +77,7 @@ fn character(name: &quick_xml::events::BytesRef<'_>) -> std::result::Result<Stri
     known.map(str::to_owned).ok_or_else(|| format!("&{name}; is not known"))
 }
 
-impl Place {
+impl TextPlace {
     fn enter(&mut self, element: &BytesStart<'_>) -> std::result::Result<(), String> {
         let name = String::from_utf8_lossy(element.name().as_ref()).into_owned();
         if name == "PAMRasterBand" {

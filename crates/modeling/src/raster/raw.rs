@@ -9,7 +9,7 @@ use hedgehop_base::error::{Error, Result};
 /// Placement of the samples. The sample of a column, row and band begins at
 /// `row_start(row) + band · band_bytes + column · pixel_bytes`.
 #[derive(Debug)]
-pub(super) struct Placement {
+pub(super) struct SamplePlacement {
     pub rows: RowStarts,
     /// Bytes from one pixel of a row to the next.
     pub pixel_bytes: u64,
@@ -44,12 +44,12 @@ impl RowStarts {
 pub(super) struct RawRaster {
     file: InputFile,
     info: RasterInfo,
-    placement: Placement,
+    placement: SamplePlacement,
 }
 
 impl RawRaster {
     /// Checks that the file holds the corners of every band's last row, then reads windows.
-    pub fn new(file: InputFile, info: RasterInfo, placement: Placement) -> Result<Self> {
+    pub fn new(file: InputFile, info: RasterInfo, placement: SamplePlacement) -> Result<Self> {
         if info.width == 0 || info.height == 0 || info.bands == 0 {
             return Err(Error::invalid(&info.path, "states a size of zero; its header is damaged"));
         }
@@ -73,7 +73,7 @@ impl RawRaster {
     /// Whether the bands of a pixel lie side by side: one read brings them all.
     fn is_interleaved(&self) -> bool {
         let size = self.info.sample.bytes() as u64;
-        let Placement { pixel_bytes, band_bytes, .. } = self.placement;
+        let SamplePlacement { pixel_bytes, band_bytes, .. } = self.placement;
         band_bytes == size && u64::from(self.info.bands) * size <= pixel_bytes
     }
 
@@ -148,7 +148,7 @@ pub(super) fn open_headerless(file: InputFile, options: &OpenOptions) -> Result<
     }
 
     let info = RasterInfo { width, height, sample: SampleType::F32, ..RasterInfo::blank(file.path(), "raw") };
-    let placement = Placement {
+    let placement = SamplePlacement {
         rows: RowStarts::Even { first: 0, row_bytes: u64::from(width) * 4 },
         pixel_bytes: 4,
         band_bytes: 0,

@@ -9,7 +9,7 @@ use super::cover::named;
 use super::fields::Fields;
 use super::tables::{OneOrMany, crs, file, files};
 use crate::Materials;
-use crate::object::{BuiltIn, Form, ObjectFile, ScatterFile, Stance};
+use crate::object::{BuiltIn, ObjectFile, ScatterFile, ScatterForm, Stance};
 use hedgehop::voxel::Material;
 
 /// Square metres of a hectare.
@@ -94,20 +94,20 @@ fn range(table: &mut Fields<'_, '_, '_>, key: &'static str, example: &str) -> Op
 }
 
 /// A form by its name: of a built-in one, or of a file.
-fn form(table: &Fields<'_, '_, '_>, span: &Range<usize>, name: &str, folder: &Path) -> Option<Form> {
+fn form(table: &Fields<'_, '_, '_>, span: &Range<usize>, name: &str, folder: &Path) -> Option<ScatterForm> {
     if let Some(form) = BuiltIn::of(name) {
-        return Some(Form::BuiltIn(form));
+        return Some(ScatterForm::BuiltIn(form));
     }
     if Path::new(name).extension().is_none() {
         let what = format!("{name:?} is neither a file nor one of {}", BuiltIn::names());
         table.mistakes.add(span, what);
         return None;
     }
-    file(table, span, &folder.join(name)).map(Form::File)
+    file(table, span, &folder.join(name)).map(ScatterForm::File)
 }
 
 /// Reads the forms that a scatter sets, and whether files are among them.
-fn forms(table: &mut Fields<'_, '_, '_>, folder: &Path) -> (Vec<Form>, bool) {
+fn forms(table: &mut Fields<'_, '_, '_>, folder: &Path) -> (Vec<ScatterForm>, bool) {
     let Some(names) = table.need::<OneOrMany<String>>("objects", "[\"broadleaf\", \"oak.glb\"]") else {
         return (Vec::new(), true);
     };
@@ -194,7 +194,7 @@ pub(super) fn scatter(mut table: Fields<'_, '_, '_>, folder: &Path, materials: &
             Scales::One(scale) => [scale; 2],
             Scales::Range(range) => range,
         };
-        let has_built_in = scatter.forms.iter().any(|form| matches!(form, Form::BuiltIn(_)));
+        let has_built_in = scatter.forms.iter().any(|form| matches!(form, ScatterForm::BuiltIn(_)));
 
         let checked = if !(low > 0.0 && low <= high && high.is_finite()) {
             Err("scale is more than 0; of two numbers the first is the least: [0.8, 1.2]".to_owned())

@@ -10,7 +10,7 @@ use super::fields::Fields;
 use crate::Materials;
 use crate::features::{WATER, colour};
 use crate::synthetic::{
-    Circle, Detail, Hills, Palette, Pattern, Roughness, Stop, Synthetic, Terrain, Texture, Top,
+    Circle, Detail, Hills, Palette, Pattern, PlateauTop, Roughness, Stop, Synthetic, Terrain, Texture,
 };
 use hedgehop::voxel::Material;
 use hedgehop_base::document::Reading;
@@ -141,7 +141,7 @@ impl Fields<'_, '_, '_> {
 }
 
 #[derive(Clone, Copy)]
-enum Kind {
+enum NamedKind {
     Plane,
     Fractal,
     Ridge,
@@ -152,29 +152,29 @@ enum Kind {
     Pond,
 }
 
-const KINDS: [(&str, Kind); 8] = [
-    ("plane", Kind::Plane),
-    ("fractal", Kind::Fractal),
-    ("ridge", Kind::Ridge),
-    ("valley", Kind::Valley),
-    ("cone", Kind::Cone),
-    ("dome", Kind::Dome),
-    ("plateau", Kind::Plateau),
-    ("pond", Kind::Pond),
+const KINDS: [(&str, NamedKind); 8] = [
+    ("plane", NamedKind::Plane),
+    ("fractal", NamedKind::Fractal),
+    ("ridge", NamedKind::Ridge),
+    ("valley", NamedKind::Valley),
+    ("cone", NamedKind::Cone),
+    ("dome", NamedKind::Dome),
+    ("plateau", NamedKind::Plateau),
+    ("pond", NamedKind::Pond),
 ];
 
 /// `[[terrain]]`: a shape of the ground.
 fn terrain(mut table: Fields<'_, '_, '_>) -> Option<Terrain> {
     // Without its kind nobody knows which keys it has.
     let shape = match table.kind(KINDS, "\"ridge\"")? {
-        Kind::Plane => plane(&mut table),
-        Kind::Fractal => fractal(&mut table),
-        Kind::Ridge => swept(&mut table, ["height_m", "crest_m"], 1.0),
-        Kind::Valley => swept(&mut table, ["depth_m", "floor_m"], -1.0),
-        Kind::Cone => raised(&mut table).map(|(circle, height_m)| Terrain::Cone { circle, height_m }),
-        Kind::Dome => raised(&mut table).map(|(circle, height_m)| Terrain::Dome { circle, height_m }),
-        Kind::Plateau => plateau(&mut table),
-        Kind::Pond => pond(&mut table),
+        NamedKind::Plane => plane(&mut table),
+        NamedKind::Fractal => fractal(&mut table),
+        NamedKind::Ridge => swept(&mut table, ["height_m", "crest_m"], 1.0),
+        NamedKind::Valley => swept(&mut table, ["depth_m", "floor_m"], -1.0),
+        NamedKind::Cone => raised(&mut table).map(|(circle, height_m)| Terrain::Cone { circle, height_m }),
+        NamedKind::Dome => raised(&mut table).map(|(circle, height_m)| Terrain::Dome { circle, height_m }),
+        NamedKind::Plateau => plateau(&mut table),
+        NamedKind::Pond => pond(&mut table),
     };
     table.finish();
     shape
@@ -244,8 +244,8 @@ fn plateau(table: &mut Fields<'_, '_, '_>) -> Option<Terrain> {
     let circle = table.circle();
     let flank = table.needed("flank_m", "120", LENGTH);
     let top = match (table.has("height_m"), table.has("level_m")) {
-        (true, false) => table.needed("height_m", "60", HEIGHT).map(Top::Above),
-        (false, true) => table.needed("level_m", "480", HEIGHT).map(Top::Level),
+        (true, false) => table.needed("height_m", "60", HEIGHT).map(PlateauTop::Above),
+        (false, true) => table.needed("level_m", "480", HEIGHT).map(PlateauTop::Level),
         _ => {
             let both = (table.value("height_m"), table.value("level_m"));
             let say =
@@ -274,7 +274,7 @@ fn pond(table: &mut Fields<'_, '_, '_>) -> Option<Terrain> {
 /// Roughness of detail.
 #[derive(Deserialize)]
 #[serde(untagged, expecting = "roughness is \"auto\", or 0.2 to 0.9")]
-enum Rough {
+enum RoughnessWord {
     Share(f64),
     Word(String),
 }
@@ -282,12 +282,12 @@ enum Rough {
 /// `[detail]`: what is finer than the posts of elevation.
 fn detail(mut table: Fields<'_, '_, '_>) -> Option<Detail> {
     let seed = table.seed();
-    let roughness = match table.take::<Rough>("roughness") {
+    let roughness = match table.take::<RoughnessWord>("roughness") {
         None => Some(Roughness::Auto),
         Some(rough) => {
             let found = match rough.get_ref() {
-                Rough::Word(word) if word == "auto" => Ok(Roughness::Auto),
-                Rough::Share(share) if ROUGHNESS.0(*share) => Ok(Roughness::Given(*share)),
+                RoughnessWord::Word(word) if word == "auto" => Ok(Roughness::Auto),
+                RoughnessWord::Share(share) if ROUGHNESS.0(*share) => Ok(Roughness::Given(*share)),
                 _ => Err("roughness is \"auto\", or 0.2 to 0.9"),
             };
             table.mistakes.check(&rough.span(), found)

@@ -13,7 +13,7 @@ use super::pattern::matching;
 use super::synthetic::{HEIGHT, synthetic};
 use super::words::error_in_keys;
 use super::{Lines, Recipe, route};
-use crate::features::{Class, Columns, LayerOptions};
+use crate::features::{Columns, FeatureClass, LayerOptions};
 use crate::raster::{OpenOptions, open};
 use crate::{
     BuildOptions, CloudFile, Corridor, ElevationFile, FeatureFile, ImageryFile, Interpolation, NodataFill,
@@ -361,8 +361,9 @@ fn features(mut table: Fields<'_, '_, '_>, folder: &Path) -> Vec<FeatureFile> {
     let paths = files(&mut table, folder, "\"town.geojson\"");
     let crs = crs(&mut table);
     let layer = table.take::<String>("layer").map(Spanned::into_inner);
-    let kind =
-        table.take::<String>("kind").and_then(|kind| mistakes.check(&kind.span(), Class::of(kind.get_ref())));
+    let kind = table
+        .take::<String>("kind")
+        .and_then(|kind| mistakes.check(&kind.span(), FeatureClass::of(kind.get_ref())));
     let mut columns = Columns::default();
     if let Some(mut named) = table.table("attributes", "attributes") {
         for (key, place) in COLUMNS {

@@ -422,7 +422,7 @@ fn objects_and_scatters_say_what_they_are() {
     assert_eq!((&object.paths[0], &object.places[..]), (&model, &[[1.0, 2.0], [3.0, 4.5]][..]));
     assert_eq!((object.stance.heading_deg, object.stance.scale), (30.0, 2.0));
     let [scatter] = &recipe.options.scatters[..] else { panic!() };
-    assert_eq!(scatter.forms[1], crate::object::Form::File(model));
+    assert_eq!(scatter.forms[1], crate::object::ScatterForm::File(model));
     assert_eq!((scatter.spacing_m, scatter.scale, scatter.heights_m), (10.0, [0.5, 2.0], Some([0.0, 9.0])));
     assert!(!scatter.avoid && scatter.slopes_deg.is_none());
     assert_eq!((object.material, scatter.material), (Material::Wood, Material::Own(201)));

@@ -18,7 +18,7 @@ pub(super) const PARTS: usize = 3;
 
 /// A part of a pixel.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Part {
+pub(super) struct EdgePart {
     /// Height of the roof that shades its middle half, metres.
     pub critical: f32,
     /// Metres above and below that from first to last light, > 0.
@@ -34,19 +34,19 @@ pub(super) struct Pixel {
     pub place: (u32, u32, u32),
     /// Metres across the sun's azimuth.
     pub across: f32,
-    pub parts: [Part; PARTS * PARTS],
+    pub parts: [EdgePart; PARTS * PARTS],
 }
 
 /// A pixel's logarithm of brightness and its critical height.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Rough {
+pub(super) struct RoughPixel {
     pub critical: f64,
     pub log: f64,
 }
 
 /// Measurement in the photograph.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Found {
+pub(super) struct FoundEdge {
     /// Height of the roof, metres.
     pub height: f64,
     /// Standard deviation, metres.
@@ -56,7 +56,7 @@ pub(super) struct Found {
     pub shade: f64,
 }
 
-impl Found {
+impl FoundEdge {
     /// Logarithm of the factor between lit and shaded ground.
     pub fn contrast(&self) -> f64 {
         self.lit - self.shade
@@ -84,13 +84,13 @@ const LEAST_PIXELS: usize = 6;
 const STEPS: f64 = 2.0;
 
 #[derive(Debug, Clone, Copy, Default)]
-struct Sums {
+struct EdgeSums {
     count: f64,
     sum: f64,
     squares: f64,
 }
 
-impl Sums {
+impl EdgeSums {
     fn less(self, other: Self) -> Self {
         Self {
             count: self.count - other.count,
@@ -114,13 +114,17 @@ fn band(height: f64, rise: f64) -> f64 {
 }
 
 /// Finds the height from which the coarse search starts: pixels in any order, heights in metres, `rise` the height of a pixel.
-pub(super) fn coarse(pixels: &[Rough], rise: f64, (lowest, highest): (f64, f64)) -> Result<f64, Unclear> {
+pub(super) fn coarse(
+    pixels: &[RoughPixel],
+    rise: f64,
+    (lowest, highest): (f64, f64),
+) -> Result<f64, Unclear> {
     /// Variance that is there always, so that flat pictures have no infinite signal.
     const FLOOR: f64 = 1e-4;
 
     let step = rise / STEPS;
     let bins = (band(highest, rise) + highest) / step;
-    let mut sums = vec![Sums::default(); bins.ceil().max(1.0) as usize + 1];
+    let mut sums = vec![EdgeSums::default(); bins.ceil().max(1.0) as usize + 1];
     for pixel in pixels {
         let bin = (pixel.critical / step).floor().max(0.0) as usize;
         if let Some(bin) = sums.get_mut(bin + 1) {
@@ -166,7 +170,7 @@ pub(super) fn window(start: f64, rise: f64, soft: f64) -> (f64, f64) {
 
 /// A height tried, and what fits best then.
 #[derive(Debug, Clone, Copy)]
-struct Fit {
+struct EdgeFit {
     height: f64,
     squares: f64,
     lit: f64,
@@ -176,7 +180,7 @@ struct Fit {
 impl Pixel {
     /// Share of it that is shaded by a roof of a height.
     fn shaded(&self, height: f64) -> f64 {
-        let part = |part: &Part| {
+        let part = |part: &EdgePart| {
             (0.5 + 0.5 * (height - f64::from(part.critical)) / f64::from(part.soft)).clamp(0.0, 1.0)
         };
         self.parts.iter().map(part).sum::<f64>() / self.parts.len() as f64
@@ -184,7 +188,7 @@ impl Pixel {
 }
 
 /// The sum of squares at a height, and lit and shaded brightness there, beginning from some.
-fn fit(pixels: &[Pixel], height: f64, (mut lit, mut shade): (f64, f64)) -> Fit {
+fn fit(pixels: &[Pixel], height: f64, (mut lit, mut shade): (f64, f64)) -> EdgeFit {
     const ROUNDS: usize = 3;
 
     let shares: Vec<f64> = pixels.iter().map(|pixel| pixel.shaded(height)).collect();
@@ -213,11 +217,11 @@ fn fit(pixels: &[Pixel], height: f64, (mut lit, mut shade): (f64, f64)) -> Fit {
         shade += (br * aa - ar * ab) / determinant;
     }
 
-    Fit { height, squares, lit, shade }
+    EdgeFit { height, squares, lit, shade }
 }
 
 /// The height at which computed shadow and photograph agree best near `start`; `rise` is the height of a pixel, `soft` half of that of the half-shadow.
-pub(super) fn fine(pixels: &[Pixel], start: f64, rise: f64, soft: f64) -> Result<Found, Unclear> {
+pub(super) fn fine(pixels: &[Pixel], start: f64, rise: f64, soft: f64) -> Result<FoundEdge, Unclear> {
     enough(pixels, start)?;
     let step = 0.25 * rise.max(soft);
     let (best, curvature) = parabolas(pixels, scan(pixels, start, rise, (step, soft)), step);
@@ -230,7 +234,7 @@ pub(super) fn fine(pixels: &[Pixel], start: f64, rise: f64, soft: f64) -> Result
     const UNKNOWNS: f64 = 3.0;
     let variance = best.squares / (pixels.len() as f64 - UNKNOWNS);
     let error = (2.0 * variance / curvature * dependence(pixels, &best)).sqrt();
-    Ok(Found { height: best.height, error, lit: best.lit, shade: best.shade })
+    Ok(FoundEdge { height: best.height, error, lit: best.lit, shade: best.shade })
 }
 
 /// Whether there are pixels on both sides of the edge of a height.
@@ -251,7 +255,7 @@ fn levels(pixels: &[Pixel], height: f64) -> (f64, f64) {
 }
 
 /// The best of the heights around `start`, in steps: the squares have several valleys where the ground has stripes.
-fn scan(pixels: &[Pixel], start: f64, rise: f64, (step, soft): (f64, f64)) -> Fit {
+fn scan(pixels: &[Pixel], start: f64, rise: f64, (step, soft): (f64, f64)) -> EdgeFit {
     /// Share of the window that is looked through; the rest is for what lies beyond the edge.
     const ROOM: f64 = 0.6;
     let levels = levels(pixels, start);
@@ -265,7 +269,7 @@ fn scan(pixels: &[Pixel], start: f64, rise: f64, (step, soft): (f64, f64)) -> Fi
 }
 
 /// The least squares by parabolas, each through closer heights; and their curvature there.
-fn parabolas(pixels: &[Pixel], mut best: Fit, mut step: f64) -> (Fit, f64) {
+fn parabolas(pixels: &[Pixel], mut best: EdgeFit, mut step: f64) -> (EdgeFit, f64) {
     const ROUNDS: usize = 3;
     const CLOSER: f64 = 0.6;
     let mut curvature = 0.0;
@@ -284,7 +288,7 @@ fn parabolas(pixels: &[Pixel], mut best: Fit, mut step: f64) -> (Fit, f64) {
 }
 
 /// Whether the pixels on either side of the edge are what they should be, and that at either end of it.
-fn check(pixels: &[Pixel], fit: &Fit) -> Result<(), Unclear> {
+fn check(pixels: &[Pixel], fit: &EdgeFit) -> Result<(), Unclear> {
     let middle = 0.5 * (fit.lit + fit.shade);
     let agreement = |of: &dyn Fn(&Pixel) -> bool| {
         let (mut right, mut all) = (0_usize, 0_usize);
@@ -313,7 +317,7 @@ fn check(pixels: &[Pixel], fit: &Fit) -> Result<(), Unclear> {
 }
 
 /// Returns how many neighbouring pixels tell what one independent pixel tells: by the correlation of what is left of neighbours in rows and in columns.
-fn dependence(pixels: &[Pixel], fit: &Fit) -> f64 {
+fn dependence(pixels: &[Pixel], fit: &EdgeFit) -> f64 {
     const MOST: f64 = 0.9;
 
     let (lit, shade) = (fit.lit.exp(), fit.shade.exp());

@@ -5,7 +5,7 @@ use glam::{DMat2, DVec2, dvec2};
 use super::super::inputs::Opened;
 use super::super::kernel::Samples;
 use super::super::raster::Window;
-use super::super::warp::Placement;
+use super::super::warp::RasterPlacement;
 use super::sunward::Sunward;
 use hedgehop_base::colour::linear_of_codes;
 use hedgehop_base::error::{Error, Result};
@@ -19,13 +19,13 @@ const ROWS: u32 = 64;
 const APRON: f64 = 2.0;
 
 /// A raster where it lies.
-pub(super) struct Placed<T> {
+pub(super) struct PlacedRaster<T> {
     pub samples: Box<dyn Samples<T>>,
-    pub placement: Placement,
+    pub placement: RasterPlacement,
 }
 
 /// A part of a raster.
-pub(super) struct Patch<T> {
+pub(super) struct RasterPatch<T> {
     /// First row, of each row the first column and where that lies in `samples`, and the end of the last.
     first: u32,
     rows: Vec<(u32, usize)>,
@@ -38,20 +38,20 @@ pub(super) struct Patch<T> {
 
 /// Cut of a raster to a rectangle.
 pub(super) enum Cut<T> {
-    Part(Patch<T>),
+    Part(RasterPatch<T>),
     Nothing,
     /// More samples than are taken.
     TooMany,
 }
 
-impl<T: Copy> Placed<T> {
+impl<T: Copy> PlacedRaster<T> {
     /// An opened raster under places of `crs`.
     ///
     /// # Errors
     /// One that is local where the other is not, and a geotransform that is none.
     pub fn new(raster: Opened<T>, crs: &Crs) -> Result<Self> {
         let transform = Transform::new(crs, &raster.crs)?;
-        let placement = Placement::new(transform, &raster.geo, raster.samples.size())
+        let placement = RasterPlacement::new(transform, &raster.geo, raster.samples.size())
             .ok_or_else(|| Error::invalid(&raster.path, "its geotransform maps the raster onto a line"))?;
         Ok(Self { samples: raster.samples, placement })
     }
@@ -80,7 +80,7 @@ impl<T: Copy> Placed<T> {
             return Ok(Cut::TooMany);
         }
 
-        let mut patch = Patch {
+        let mut patch = RasterPatch {
             first,
             rows: Vec::with_capacity(spans.len() + 1),
             samples: Vec::with_capacity(count),
@@ -157,7 +157,7 @@ fn span(corners: &[DVec2; 4], row: u32, width: u32) -> Option<(u32, u32)> {
     range(&columns, width)
 }
 
-impl<T: Copy> Patch<T> {
+impl<T: Copy> RasterPatch<T> {
     /// Side of a pixel, metres: the root of its area.
     pub fn side(&self) -> f64 {
         self.place_from_pixel.determinant().abs().sqrt()
@@ -185,7 +185,7 @@ impl<T: Copy> Patch<T> {
     }
 }
 
-impl Patch<[u8; 4]> {
+impl RasterPatch<[u8; 4]> {
     /// Whether a place is in the picture.
     pub fn shows(&self, place: DVec2) -> bool {
         self.sample(self.pixel(place).round()).is_some_and(|pixel| pixel[3] > 0)
@@ -213,7 +213,7 @@ impl Patch<[u8; 4]> {
     }
 }
 
-impl Patch<f64> {
+impl RasterPatch<f64> {
     /// The height of a place between four samples, metres.
     pub fn height(&self, place: DVec2) -> Option<f64> {
         let pixel = self.pixel(place);

@@ -7,7 +7,7 @@ use hedgehop_geo::Transform;
 
 /// Statement of a row.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Claim {
+pub(super) enum RowClaim {
     /// Height, which stays.
     Height(f64),
     /// The length of its shadow, metres.
@@ -20,12 +20,12 @@ pub(super) enum Claim {
 
 /// An outline in metres, and what the row states.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Outline {
+pub(super) struct RowOutline {
     pub rings: Vec<Vec<DVec2>>,
-    pub claim: Claim,
+    pub claim: RowClaim,
 }
 
-impl Outline {
+impl RowOutline {
     /// Reads a row in the system to which `transform` leads; else says why not. Heights count unless `all` are to be measured.
     pub fn of(row: &Row, transform: &Transform, all: bool) -> Result<Self, String> {
         let claim = claim(row, transform, all)?;
@@ -64,7 +64,7 @@ impl Outline {
     }
 }
 
-fn claim(row: &Row, transform: &Transform, all: bool) -> Result<Claim, String> {
+fn claim(row: &Row, transform: &Transform, all: bool) -> Result<RowClaim, String> {
     let metres = |name: &str| match row.attributes.get(name) {
         None => Ok(None),
         Some(Value::Number(metres)) => Ok(Some(*metres)),
@@ -76,21 +76,21 @@ fn claim(row: &Row, transform: &Transform, all: bool) -> Result<Claim, String> {
     if let (false, Ok(Some(height))) = (all, metres("height"))
         && height > 0.0
     {
-        return Ok(Claim::Height(height));
+        return Ok(RowClaim::Height(height));
     }
     if let Some(length) = metres("shadow_length")? {
         return if length > 0.0 {
-            Ok(Claim::Length(length))
+            Ok(RowClaim::Length(length))
         } else {
             Err(format!("its shadow_length is {length}, and must be above 0"))
         };
     }
 
     match row.attributes.get("shadow_tip") {
-        None => Ok(Claim::None),
+        None => Ok(RowClaim::None),
         Some(Value::Text(text)) if place(text).is_some() => {
             let tip = place(text).and_then(|tip| transform.apply(tip.x, tip.y));
-            tip.map(|tip| Claim::Tip(tip.into()))
+            tip.map(|tip| RowClaim::Tip(tip.into()))
                 .ok_or_else(|| "its shadow_tip has no place in metres".to_owned())
         }
         Some(value) => {

@@ -3,8 +3,8 @@
 use glam::{DVec2, dvec2};
 
 use super::super::features::Ground;
-use super::edge::{self, Found, PARTS, Part, Pixel, Rough, Unclear};
-use super::patch::{Cut, Patch, Placed};
+use super::edge::{self, EdgePart, FoundEdge, PARTS, Pixel, RoughPixel, Unclear};
+use super::patch::{Cut, PlacedRaster, RasterPatch};
 use super::sunward::{Outlines, Sunward};
 use hedgehop_base::error::Result;
 
@@ -37,7 +37,7 @@ pub(super) struct Site<'s> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Seen {
     /// A height.
-    Height(Found),
+    Height(FoundEdge),
     /// None, and why.
     Nothing(Reason),
 }
@@ -70,7 +70,7 @@ const MARGIN: f64 = 0.3;
 const MOST_ROUGH: f64 = 100_000.0;
 const MOST_FINE: usize = 30_000;
 
-type View = Patch<[u8; 4]>;
+type View = RasterPatch<[u8; 4]>;
 
 /// Meaning of a place to the search.
 enum Spot {
@@ -83,7 +83,7 @@ enum Spot {
 }
 
 /// The site's outlines in strips.
-struct Scene<'a> {
+struct SiteScene<'a> {
     site: &'a Site<'a>,
     own: Outlines,
     others: Outlines,
@@ -126,7 +126,7 @@ impl Site<'_> {
     ///
     /// # Errors
     /// A raster that cannot be read.
-    pub fn look(&self, pictures: &[Placed<[u8; 4]>]) -> Result<Seen> {
+    pub fn look(&self, pictures: &[PlacedRaster<[u8; 4]>]) -> Result<Seen> {
         let mut views = Vec::new();
         for picture in pictures {
             match picture.cut(&self.sun, self.surroundings())? {
@@ -145,19 +145,19 @@ impl Site<'_> {
         })
     }
 
-    fn scene(&self, side: f64) -> Scene<'_> {
+    fn scene(&self, side: f64) -> SiteScene<'_> {
         let (low, high) = self.bounds();
         let margin = self.margin(side);
         let across = low.y - margin..high.y + margin;
         let own = Outlines::new(self.rings.iter().map(|ring| (0, ring.as_slice())), across.clone(), side);
         let others =
             Outlines::new(self.others.iter().map(|(owner, ring)| (*owner, ring.as_slice())), across, side);
-        Scene { site: self, own, others }
+        SiteScene { site: self, own, others }
     }
 }
 
-impl Scene<'_> {
-    fn search(&self, views: &[View], side: f64) -> Result<Found, Unclear> {
+impl SiteScene<'_> {
+    fn search(&self, views: &[View], side: f64) -> Result<FoundEdge, Unclear> {
         let site = self.site;
         let rise = side * site.sun.rise;
 
@@ -174,7 +174,7 @@ impl Scene<'_> {
                     return;
                 }
                 if let Spot::Behind(critical, _) = self.pixel(place, side) {
-                    rough.push(Rough { critical, log });
+                    rough.push(RoughPixel { critical, log });
                 }
             });
         }
@@ -212,13 +212,13 @@ impl Scene<'_> {
         // Pictures and outlines do not lie on each other better than that.
         const REGISTRATION: f64 = 0.25;
 
-        let found = Found { error: found.error.hypot(REGISTRATION * rise), ..found };
+        let found = FoundEdge { error: found.error.hypot(REGISTRATION * rise), ..found };
         if self.is_lit_beside(views, side, &found) { Ok(found) } else { Err(Unclear::Flat) }
     }
 
     /// Whether ground beside the shadow, on one side at least, is nearer to lit than to shaded ground, or none is seen. Where there is no shadow,
     /// fields and their borders may look like an edge, but seldom like one that ends with the building.
-    fn is_lit_beside(&self, views: &[View], side: f64, found: &Found) -> bool {
+    fn is_lit_beside(&self, views: &[View], side: f64, found: &FoundEdge) -> bool {
         const LEAST: usize = 12;
 
         let site = self.site;
@@ -297,15 +297,15 @@ impl Scene<'_> {
     }
 
     /// Parts of a pixel.
-    fn parts(&self, view: &View, place: DVec2) -> Option<[Part; PARTS * PARTS]> {
+    fn parts(&self, view: &View, place: DVec2) -> Option<[EdgePart; PARTS * PARTS]> {
         const SHARE: f64 = 1.0 / PARTS as f64;
-        let mut parts = [Part { critical: 0.0, soft: 0.0 }; PARTS * PARTS];
+        let mut parts = [EdgePart { critical: 0.0, soft: 0.0 }; PARTS * PARTS];
         let rise = 0.5 * SHARE * view.side() * self.site.sun.rise;
         for (index, part) in parts.iter_mut().enumerate() {
             let offset = |number: usize| (number as f64 + 0.5) * SHARE - 0.5;
             let place = place + view.step(offset(index % PARTS), offset(index / PARTS));
             let Spot::Behind(critical, soft) = self.spot(place) else { return None };
-            *part = Part { critical: critical as f32, soft: soft.hypot(rise) as f32 };
+            *part = EdgePart { critical: critical as f32, soft: soft.hypot(rise) as f32 };
         }
         Some(parts)
     }

@@ -43,7 +43,7 @@ impl Sunward {
 
 /// An edge of an outline, turned to the sun.
 #[derive(Debug, Clone, Copy)]
-struct Edge {
+struct SunwardEdge {
     a: DVec2,
     b: DVec2,
     owner: u32,
@@ -54,7 +54,7 @@ struct Edge {
 pub(super) struct Outlines {
     low: f64,
     width: f64,
-    strips: Vec<Vec<Edge>>,
+    strips: Vec<Vec<SunwardEdge>>,
 }
 
 /// Strips of one site, at most.
@@ -77,7 +77,7 @@ impl Outlines {
                 if low < high && high >= across.start && low <= across.end {
                     strips[strip(low)..=strip(high)]
                         .iter_mut()
-                        .for_each(|edges| edges.push(Edge { a, b, owner }));
+                        .for_each(|edges| edges.push(SunwardEdge { a, b, owner }));
                 }
             }
         }

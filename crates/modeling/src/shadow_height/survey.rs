@@ -9,11 +9,11 @@ use super::super::inputs::{Inputs, file_name, open_rasters};
 use super::super::options::BuildOptions;
 use super::super::workers::in_order;
 use super::answer::{Answer, Origin, ShadowHeight};
-use super::edge::Found;
+use super::edge::FoundEdge;
 use super::index::Index;
 use super::notes;
-use super::patch::{Cut, Patch, Placed};
-use super::row::{Claim, Outline};
+use super::patch::{Cut, PlacedRaster, RasterPatch};
+use super::row::{RowClaim, RowOutline};
 use super::site::{Neighbour, Reason, Seen, Site};
 use super::sunward::Sunward;
 use super::{ShadowOptions, ShadowReport};
@@ -39,18 +39,18 @@ const PALE: f64 = 0.45;
 const LEAST_TO_COMPARE: usize = 5;
 
 /// A row that can be measured.
-struct Building {
-    outline: Outline,
+struct ShadowBuilding {
+    outline: RowOutline,
     sun: Sunward,
     /// The lowest ground along its outline, metres.
     base: f64,
 }
 
 /// Everything but the rows.
-struct Survey<'o> {
+struct LayerSurvey<'o> {
     options: &'o ShadowOptions,
-    elevation: Vec<Placed<f64>>,
-    imagery: Vec<Placed<[u8; 4]>>,
+    elevation: Vec<PlacedRaster<f64>>,
+    imagery: Vec<PlacedRaster<[u8; 4]>>,
     /// The system in which metres are measured.
     metres: Crs,
     to_metres: Transform,
@@ -68,7 +68,7 @@ pub(super) fn survey(layer: Layer, options: &ShadowOptions, observer: &dyn Obser
     };
 
     let middle = dvec2(0.5 * (west + east), 0.5 * (south + north));
-    let (survey, said) = Survey::open(&layer, middle, options)?;
+    let (survey, said) = LayerSurvey::open(&layer, middle, options)?;
     notes.extend(said);
     let sun = survey.sun(middle)?;
     if !SUNS.contains(&sun.elevation) {
@@ -91,9 +91,9 @@ pub(super) fn survey(layer: Layer, options: &ShadowOptions, observer: &dyn Obser
 }
 
 /// A site as far as it is known, or why there is none.
-type Known = std::result::Result<Building, String>;
+type KnownHeight = std::result::Result<ShadowBuilding, String>;
 
-impl<'o> Survey<'o> {
+impl<'o> LayerSurvey<'o> {
     /// Opens the rasters. Metres are measured around the layer's middle, so that they are true there and north is up.
     fn open(layer: &Layer, middle: DVec2, options: &'o ShadowOptions) -> Result<(Self, Vec<String>)> {
         let metres = metres_around(&layer.crs, middle)?;
@@ -113,9 +113,9 @@ impl<'o> Survey<'o> {
         let to_metres = Transform::new(&layer.crs, &metres)?;
         let norths = [GridNorth::new(&layer.crs)?, GridNorth::new(&metres)?];
         let elevation =
-            elevation.into_iter().map(|raster| Placed::new(raster, &metres)).collect::<Result<_>>()?;
+            elevation.into_iter().map(|raster| PlacedRaster::new(raster, &metres)).collect::<Result<_>>()?;
         let imagery =
-            imagery.into_iter().map(|raster| Placed::new(raster, &metres)).collect::<Result<_>>()?;
+            imagery.into_iter().map(|raster| PlacedRaster::new(raster, &metres)).collect::<Result<_>>()?;
 
         Ok((Self { options, elevation, imagery, metres, to_metres, norths }, said))
     }
@@ -133,7 +133,7 @@ impl<'o> Survey<'o> {
     }
 
     /// Outlines, suns and feet of all rows.
-    fn sites(&self, layer: &Layer, observer: &dyn Observer) -> Result<Vec<Known>> {
+    fn sites(&self, layer: &Layer, observer: &dyn Observer) -> Result<Vec<KnownHeight>> {
         let count = layer.rows.len() as u64;
         let mut sites = Vec::with_capacity(layer.rows.len());
         observer.begin("ground", count, "buildings");
@@ -154,9 +154,9 @@ impl<'o> Survey<'o> {
         Ok(sites)
     }
 
-    fn building(&self, layer: &Layer, index: usize) -> Result<Known> {
+    fn building(&self, layer: &Layer, index: usize) -> Result<KnownHeight> {
         let row = &layer.rows[index];
-        let outline = match Outline::of(row, &self.to_metres, self.options.all) {
+        let outline = match RowOutline::of(row, &self.to_metres, self.options.all) {
             Ok(outline) => outline,
             Err(reason) => return Ok(Err(reason)),
         };
@@ -182,7 +182,7 @@ impl<'o> Survey<'o> {
         let height = |place: DVec2| ground.height(sun.turned(place));
         let bases: Vec<f64> = geometry.areas.iter().filter_map(|area| foot_of(area, &height)).collect();
         Ok(match bases.into_iter().reduce(f64::min) {
-            Some(base) => Ok(Building { outline, sun, base }),
+            Some(base) => Ok(ShadowBuilding { outline, sun, base }),
             None => Err("there is no elevation under it, or it encloses nothing".to_owned()),
         })
     }
@@ -200,13 +200,15 @@ impl<'o> Survey<'o> {
         Ok(Some(Relief { patches, is_level: self.elevation.is_empty() }))
     }
 
-    fn answers(&self, sites: &[Known], observer: &dyn Observer) -> Result<Vec<Answer>> {
+    fn answers(&self, sites: &[KnownHeight], observer: &dyn Observer) -> Result<Vec<Answer>> {
         let boxes = (0..)
             .zip(sites)
             .filter_map(|(number, known)| Some((number, known.as_ref().ok()?.outline.bounds())));
         let index = Index::new(boxes, CELL);
-        let stated = |known: &Known| match known {
-            Ok(Building { outline: Outline { claim: Claim::Height(height), .. }, .. }) => Some(*height),
+        let stated = |known: &KnownHeight| match known {
+            Ok(ShadowBuilding { outline: RowOutline { claim: RowClaim::Height(height), .. }, .. }) => {
+                Some(*height)
+            }
             _ => None,
         };
         let mut heights: Vec<Option<f64>> = sites.iter().map(stated).collect();
@@ -233,7 +235,7 @@ impl<'o> Survey<'o> {
 
             observer.end();
             without_pale(&mut found);
-            let height = |(known, outcome): (&Known, &Outcome)| stated(known).or(outcome.height());
+            let height = |(known, outcome): (&KnownHeight, &Outcome)| stated(known).or(outcome.height());
             heights = sites.iter().zip(&found).map(height).collect();
             answers = found.into_iter().map(Outcome::into_answer).collect();
         }
@@ -244,7 +246,7 @@ impl<'o> Survey<'o> {
     /// One row, with what is known of the heights of all.
     fn measure(
         &self,
-        sites: &[Known],
+        sites: &[KnownHeight],
         number: u32,
         index: &Index,
         heights: &[Option<f64>],
@@ -253,19 +255,19 @@ impl<'o> Survey<'o> {
             Ok(building) => building,
             Err(reason) => return Ok(Outcome::Nothing(reason.clone())),
         };
-        let Building { outline, sun, base } = building;
+        let ShadowBuilding { outline, sun, base } = building;
         let rings = turned(outline, sun);
 
         let highest = match outline.claim {
-            Claim::Height(_) => return Ok(Outcome::Kept),
-            Claim::Length(length) => length * sun.rise,
-            Claim::Tip(tip) => (outline.middle().distance(tip) + 1.0) * sun.rise,
-            Claim::None if self.imagery.is_empty() => {
+            RowClaim::Height(_) => return Ok(Outcome::Kept),
+            RowClaim::Length(length) => length * sun.rise,
+            RowClaim::Tip(tip) => (outline.middle().distance(tip) + 1.0) * sun.rise,
+            RowClaim::None if self.imagery.is_empty() => {
                 return Ok(Outcome::Nothing(
                     "it states no shadow_length and no shadow_tip, and there is no picture".to_owned(),
                 ));
             }
-            Claim::None => self.options.highest_m,
+            RowClaim::None => self.options.highest_m,
         };
 
         let level = |_: DVec2| Some(0.0);
@@ -285,7 +287,7 @@ impl<'o> Survey<'o> {
 
         let height = |place: DVec2| relief.height(place);
         site.ground = &height;
-        if outline.claim != Claim::None {
+        if outline.claim != RowClaim::None {
             return Ok(stated(&site, outline.claim));
         }
 
@@ -313,13 +315,13 @@ fn metres_around(crs: &Crs, place: DVec2) -> Result<Crs> {
     Crs::from_proj(&definition, "metres around the buildings")
 }
 
-fn turned(outline: &Outline, sun: &Sunward) -> Vec<Vec<DVec2>> {
+fn turned(outline: &RowOutline, sun: &Sunward) -> Vec<Vec<DVec2>> {
     outline.rings.iter().map(|ring| ring.iter().map(|place| sun.turned(*place)).collect()).collect()
 }
 
 /// Heights of a site's ground, by places turned to the sun.
 struct Relief {
-    patches: Vec<Patch<f64>>,
+    patches: Vec<RasterPatch<f64>>,
     is_level: bool,
 }
 
@@ -331,7 +333,7 @@ impl Relief {
 
 /// Buildings that may hide or shade a site's ground: their rings turned to the sun, and what is known of them.
 fn near(
-    sites: &[Known],
+    sites: &[KnownHeight],
     number: u32,
     site: &Site<'_>,
     index: &Index,
@@ -373,7 +375,7 @@ enum Outcome {
     Kept,
     Stated(ShadowHeight),
     /// And the shadow's length, metres.
-    Seen(Found, f64),
+    Seen(FoundEdge, f64),
     Nothing(String),
 }
 
@@ -402,15 +404,15 @@ impl Outcome {
 }
 
 /// The height that a row's own statement gives.
-fn stated(site: &Site<'_>, claim: Claim) -> Outcome {
+fn stated(site: &Site<'_>, claim: RowClaim) -> Outcome {
     let nothing = |reason: &str| Outcome::Nothing(reason.to_owned());
     let found = match claim {
-        Claim::Length(length) => site
+        RowClaim::Length(length) => site
             .height_of_length(length)
             .map(|height| (height, length))
             .ok_or("there is no elevation where its shadow ends"),
-        Claim::Tip(tip) => site.height_of_tip(site.sun.turned(tip)),
-        Claim::Height(_) | Claim::None => Err("it states no shadow"),
+        RowClaim::Tip(tip) => site.height_of_tip(site.sun.turned(tip)),
+        RowClaim::Height(_) | RowClaim::None => Err("it states no shadow"),
     };
 
     match found {

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{Log, Made, beside};
+use super::{Log, MadeRecord, beside};
 use hedgehop_base::error::{Error, Result};
 
 /// Notes on pages that are set aside in a file of their own; dropped, they are removed.
@@ -23,7 +23,7 @@ impl Aside {
     }
 
     /// Notes pages with their places in the file.
-    pub fn note(&mut self, pages: impl IntoIterator<Item = Made>) -> Result<()> {
+    pub fn note(&mut self, pages: impl IntoIterator<Item = MadeRecord>) -> Result<()> {
         pages.into_iter().for_each(|made| self.log.page(&made));
         self.log.write().map_err(|error| self.unwritable(error))
     }

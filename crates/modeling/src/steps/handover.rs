@@ -10,7 +10,7 @@ use std::ffi::OsString;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
-use super::log::{Known, Log, Stamp};
+use super::log::{KnownSteps, Log, Stamp};
 use super::{TICK, beside, forget, parts, stamp};
 use hedgehop::voxel::EarlierFile;
 use hedgehop_base::error::{Error, Result};
@@ -24,7 +24,7 @@ const ON_ITS_WAY: &str = ".part-taken";
 /// # Errors
 /// What the disk refuses; both are then what they were.
 pub fn take_over(from: &Path, to: &Path) -> Result<()> {
-    let known = Known::read(&beside(from)).left.filter(|left| stamp(from).is_ok_and(|now| now == *left));
+    let known = KnownSteps::read(&beside(from)).left.filter(|left| stamp(from).is_ok_and(|now| now == *left));
     let mut part = OsString::from(to);
     part.push(ON_ITS_WAY);
     let on_its_way = beside(&PathBuf::from(part));

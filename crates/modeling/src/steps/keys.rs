@@ -1,6 +1,6 @@
 //! Keys of pages.
 
-use super::{Key, Keyer, Steps};
+use super::{BuildCache, Key, Keyer};
 use crate::feather::Sheets;
 use crate::fill;
 use crate::footprint::Bounds;
@@ -10,8 +10,8 @@ use crate::object::Objects;
 use crate::options::{BuildOptions, NodataFill};
 use crate::placed::{ElevationInput, ImageryInput};
 use crate::plan::Plan;
-use crate::standing::Standing;
-use crate::warp::{LevelGrid, Placement, Rect};
+use crate::standing::FeatureSolids;
+use crate::warp::{LevelGrid, RasterPlacement, Rect};
 use hedgehop::voxel::{APRON, Grid, HeightCode, PAGE_SIDE, PageId, PageReadback, SharedObjects, finer_pages};
 use hedgehop_base::error::Result;
 use hedgehop_geo::VerticalDatum;
@@ -33,7 +33,7 @@ impl SourceKeys {
         plan: &Plan,
         datum: VerticalDatum,
         options: &BuildOptions,
-        steps: &Steps,
+        steps: &BuildCache,
     ) -> Result<Self> {
         // Files count by what they hold, and where, how and by whom it is made does not.
         let settings = BuildOptions {
@@ -75,7 +75,7 @@ impl SourceKeys {
     }
 }
 
-fn keys<T>(rasters: &[Opened<T>], steps: &Steps) -> Result<Vec<Key>> {
+fn keys<T>(rasters: &[Opened<T>], steps: &BuildCache) -> Result<Vec<Key>> {
     let key = |(index, raster): (usize, &Opened<T>)| {
         let Opened { geo, crs, datum, block, facts, .. } = raster;
         // Voxels tell by number which raster they are of.
@@ -89,7 +89,7 @@ fn keys<T>(rasters: &[Opened<T>], steps: &Steps) -> Result<Vec<Key>> {
 /// Keys of rasters and what a change of them can reach: their ends count further inside others that fade there.
 fn reaching<'r>(
     keys: &[Key],
-    rasters: impl Iterator<Item = (&'r Placement, (u32, u32), Bounds, f64)> + Clone,
+    rasters: impl Iterator<Item = (&'r RasterPlacement, (u32, u32), Bounds, f64)> + Clone,
     grid: &Grid,
 ) -> Vec<(Key, Bounds)> {
     let sheets = Sheets::of(rasters.clone().map(|(placement, size, ..)| (placement, size)), grid);
@@ -110,7 +110,7 @@ pub(crate) struct PageKeys<'a> {
     /// All elevation counts everywhere.
     ground: Option<Key>,
     grid: Grid,
-    standing: Option<&'a Standing>,
+    standing: Option<&'a FeatureSolids>,
     objects: Option<&'a Objects>,
 }
 
@@ -122,7 +122,7 @@ impl<'a> PageKeys<'a> {
         fill: NodataFill,
         (grid, code): (Grid, HeightCode),
         tint: &dyn std::fmt::Debug,
-        (standing, objects): (Option<&'a Standing>, Option<&'a Objects>),
+        (standing, objects): (Option<&'a FeatureSolids>, Option<&'a Objects>),
     ) -> Self {
         let heights = elevation.iter().map(|s| (&s.placement, s.samples.size(), s.reach, s.pixel_side));
         let colours = imagery.iter().map(|s| (&s.placement, s.samples.size(), s.reach, s.pixel_side));

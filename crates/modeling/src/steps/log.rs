@@ -32,7 +32,7 @@ const HEAD: usize = 12;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u32)]
-enum Kind {
+enum RecordKind {
     File = 1,
     Survey = 2,
     Feature = 3,
@@ -116,7 +116,7 @@ struct PageRecord {
 
 /// A page that was made, and of what.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Made {
+pub(crate) struct MadeRecord {
     pub id: PageId,
     pub entry: PageEntry,
     pub key: Key,
@@ -125,8 +125,8 @@ pub(crate) struct Made {
     pub has_bare: bool,
 }
 
-impl From<&Made> for PageRecord {
-    fn from(made: &Made) -> Self {
+impl From<&MadeRecord> for PageRecord {
+    fn from(made: &MadeRecord) -> Self {
         let PageEntry { offset, length, spans, crc, hash } = made.entry;
         let Census { voxels, made: own, voids, filled, empty, bare, codes, classes } = made.census;
         let (low, high) = codes.unwrap_or_default();
@@ -148,7 +148,7 @@ impl From<&Made> for PageRecord {
     }
 }
 
-impl From<PageRecord> for Made {
+impl From<PageRecord> for MadeRecord {
     fn from(record: PageRecord) -> Self {
         let PageRecord { offset, length, spans, crc, hash, .. } = record;
         let [voxels, made, voids, filled, empty, bare] = record.counts;
@@ -175,13 +175,13 @@ impl From<PageRecord> for Made {
 
 /// Contents of a log.
 #[derive(Debug, Default)]
-pub(super) struct Known {
+pub(super) struct KnownSteps {
     pub files: HashMap<String, (Stamp, Key)>,
     pub surveys: HashMap<Key, Survey>,
     pub features: HashMap<Key, Extent>,
     /// Keys of the shares of the sun that came of light.
     pub lights: HashMap<Key, Key>,
-    pub pages: HashMap<PageId, Made>,
+    pub pages: HashMap<PageId, MadeRecord>,
     /// Identity of the finished database.
     pub whole: Option<ContentHash>,
     /// Stamp of its file then.
@@ -195,7 +195,7 @@ pub(super) fn name_of(database: &Path) -> Vec<u8> {
     database.file_name().unwrap_or_default().as_encoded_bytes().to_vec()
 }
 
-impl Known {
+impl KnownSteps {
     /// All whole records of a log, up to the first that is not; nothing if there is no log.
     pub fn read(path: &Path) -> Self {
         let mut known = Self::default();
@@ -215,26 +215,26 @@ impl Known {
     }
 
     fn take(&mut self, kind: u32, payload: &[u8]) -> Option<()> {
-        if kind == Kind::File as u32 {
+        if kind == RecordKind::File as u32 {
             let FileRecord { path, stamp, content } = serde_json::from_slice(payload).ok()?;
             self.files.insert(path, (stamp, Key::from_hex(&content)?));
-        } else if kind == Kind::Survey as u32 {
+        } else if kind == RecordKind::Survey as u32 {
             let SurveyRecord { key, survey } = serde_json::from_slice(payload).ok()?;
             self.surveys.insert(Key::from_hex(&key)?, survey);
-        } else if kind == Kind::Feature as u32 {
+        } else if kind == RecordKind::Feature as u32 {
             let record: FeatureRecord = bytemuck::try_pod_read_unaligned(payload).ok()?;
             self.features.insert(record.key, record.extent);
-        } else if kind == Kind::Page as u32 {
+        } else if kind == RecordKind::Page as u32 {
             let record: PageRecord = bytemuck::try_pod_read_unaligned(payload).ok()?;
-            let made = Made::from(record);
+            let made = MadeRecord::from(record);
             self.pages.insert(made.id, made);
-        } else if kind == Kind::Whole as u32 {
+        } else if kind == RecordKind::Whole as u32 {
             self.whole = Some(ContentHash(payload.try_into().ok()?));
-        } else if kind == Kind::Left as u32 {
+        } else if kind == RecordKind::Left as u32 {
             self.left = Some(serde_json::from_slice(payload).ok()?);
-        } else if kind == Kind::Aside as u32 {
+        } else if kind == RecordKind::Aside as u32 {
             self.kept_for = Some(payload.to_vec());
-        } else if kind == Kind::Light as u32 {
+        } else if kind == RecordKind::Light as u32 {
             let [key, light]: [Key; 2] = bytemuck::try_pod_read_unaligned(payload).ok()?;
             self.lights.insert(key, light);
         } else {
@@ -287,35 +287,35 @@ impl Log {
     }
 
     pub fn file(&mut self, path: String, stamp: Stamp, content: Key) {
-        self.json(Kind::File, &FileRecord { path, stamp, content: content.hex() });
+        self.json(RecordKind::File, &FileRecord { path, stamp, content: content.hex() });
     }
 
     pub fn survey(&mut self, key: Key, survey: &Survey) {
-        self.json(Kind::Survey, &SurveyRecord { key: key.hex(), survey: survey.clone() });
+        self.json(RecordKind::Survey, &SurveyRecord { key: key.hex(), survey: survey.clone() });
     }
 
     pub fn feature(&mut self, key: Key, extent: &Extent) {
-        self.add(Kind::Feature, bytemuck::bytes_of(&FeatureRecord { key, extent: *extent }));
+        self.add(RecordKind::Feature, bytemuck::bytes_of(&FeatureRecord { key, extent: *extent }));
     }
 
     pub fn light(&mut self, key: Key, light: Key) {
-        self.add(Kind::Light, bytemuck::bytes_of(&[key, light]));
+        self.add(RecordKind::Light, bytemuck::bytes_of(&[key, light]));
     }
 
-    pub fn page(&mut self, made: &Made) {
-        self.add(Kind::Page, bytemuck::bytes_of(&PageRecord::from(made)));
+    pub fn page(&mut self, made: &MadeRecord) {
+        self.add(RecordKind::Page, bytemuck::bytes_of(&PageRecord::from(made)));
     }
 
     pub fn whole(&mut self, identity: ContentHash) {
-        self.add(Kind::Whole, &identity.0);
+        self.add(RecordKind::Whole, &identity.0);
     }
 
     pub fn left(&mut self, stamp: &Stamp) {
-        self.json(Kind::Left, stamp);
+        self.json(RecordKind::Left, stamp);
     }
 
     pub fn kept_for(&mut self, name: &[u8]) {
-        self.add(Kind::Aside, name);
+        self.add(RecordKind::Aside, name);
     }
 
     /// Writes what has come since.
@@ -327,14 +327,14 @@ impl Log {
         Ok(())
     }
 
-    fn json(&mut self, kind: Kind, record: &impl Serialize) {
+    fn json(&mut self, kind: RecordKind, record: &impl Serialize) {
         // Records hold nothing that JSON cannot.
         if let Ok(bytes) = serde_json::to_vec(record) {
             self.add(kind, &bytes);
         }
     }
 
-    fn add(&mut self, kind: Kind, payload: &[u8]) {
+    fn add(&mut self, kind: RecordKind, payload: &[u8]) {
         for number in [kind as u32, payload.len() as u32, crc32fast::hash(payload)] {
             self.bytes.extend(number.to_ne_bytes());
         }

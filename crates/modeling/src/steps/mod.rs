@@ -36,8 +36,8 @@ pub(super) use aside::Aside;
 pub use handover::take_over;
 pub(super) use key::{Key, Keyer};
 pub(super) use keys::{PageKeys, SourceKeys};
-pub(super) use log::{Extent, Made};
-use log::{Known, Log, Stamp, name_of};
+pub(super) use log::{Extent, MadeRecord};
+use log::{KnownSteps, Log, Stamp, name_of};
 
 use super::census::Census;
 use super::scan::Survey;
@@ -53,7 +53,7 @@ const TICK: Duration = Duration::from_millis(20);
 
 /// Steps of builds before, and of this one.
 #[derive(Debug)]
-pub(super) struct Steps {
+pub(super) struct BuildCache {
     output: PathBuf,
     files: HashMap<String, (Stamp, Key)>,
     surveys: HashMap<Key, Survey>,
@@ -71,7 +71,7 @@ pub(super) struct Steps {
 #[derive(Debug)]
 struct Earlier {
     file: EarlierFile,
-    pages: HashMap<PageId, Made>,
+    pages: HashMap<PageId, MadeRecord>,
     /// Nobody changed it since it was done.
     is_as_left: bool,
 }
@@ -87,13 +87,13 @@ pub(super) struct Reused {
 pub fn is_own_work(output: &Path) -> bool {
     let file = EarlierFile::open(output);
     adopt(output, file.as_ref());
-    let whole = Known::read(&beside(output)).whole;
+    let whole = KnownSteps::read(&beside(output)).whole;
     whole.is_some() && whole == file.and_then(|file| file.identity())
 }
 
 /// Whether builds that keep their steps left something at `kept` for the database `output`: all of it, or the pages of one that was interrupted.
 pub fn is_kept_for(kept: &Path, output: &Path) -> bool {
-    let is_for = |log: &Path| Known::read(log).kept_for == Some(name_of(output));
+    let is_for = |log: &Path| KnownSteps::read(log).kept_for == Some(name_of(output));
     if fs::symlink_metadata(kept).is_ok() {
         return is_own_work(kept) && is_for(&beside(kept));
     }
@@ -103,7 +103,7 @@ pub fn is_kept_for(kept: &Path, output: &Path) -> bool {
 /// Gives `output` its log, if the build that wrote it was killed before it could.
 fn adopt(output: &Path, file: Option<&EarlierFile>) {
     let Some(identity) = file.and_then(EarlierFile::identity) else { return };
-    let is_of_output = |log: &Path| Known::read(log).whole == Some(identity);
+    let is_of_output = |log: &Path| KnownSteps::read(log).whole == Some(identity);
     let parts = parts(output);
     if parts.is_empty() || is_of_output(&beside(output)) {
         return;
@@ -118,13 +118,13 @@ fn adopt(output: &Path, file: Option<&EarlierFile>) {
 /// Forgets the steps of builds of `output`, so that the next one makes all of it; but not that it is [own work](is_own_work).
 pub fn forget_steps(output: &Path) {
     adopt(output, EarlierFile::open(output).as_ref());
-    let known = Known::read(&beside(output));
+    let known = KnownSteps::read(&beside(output));
     parts(output).iter().for_each(|part| forget(part));
     note_own_work(output, &known);
 }
 
 /// Notes that a build of a recipe wrote `output`, without any steps; nothing is known of it if it was none.
-fn note_own_work(output: &Path, known: &Known) {
+fn note_own_work(output: &Path, known: &KnownSteps) {
     let path = beside(output);
     let written = known.whole.and_then(|identity| {
         let mut log = Log::default();
@@ -151,7 +151,7 @@ fn beside(file: &Path) -> PathBuf {
     name.into()
 }
 
-impl Steps {
+impl BuildCache {
     /// Reads the steps that are known of `output`.
     pub fn of(output: &Path) -> Self {
         let mut steps = Self {
@@ -168,7 +168,7 @@ impl Steps {
 
         let file = EarlierFile::open(output);
         adopt(output, file.as_ref());
-        let known = Known::read(&beside(output));
+        let known = KnownSteps::read(&beside(output));
         let file = file.filter(|file| file.content_hash() == known.whole);
         steps.base = file.clone().filter(|_| !known.pages.is_empty());
         let is_as_left = known.left.is_some() && known.left == stamp(output).ok();
@@ -181,7 +181,7 @@ impl Steps {
                 continue;
             }
             let Some(file) = EarlierFile::open_abandoned(&part) else { continue };
-            let known = Known::read(&beside(&part));
+            let known = KnownSteps::read(&beside(&part));
             steps.left.push((part, known.pages.len()));
             steps.take(known, Some(file), false);
         }
@@ -189,7 +189,7 @@ impl Steps {
         steps
     }
 
-    fn take(&mut self, known: Known, file: Option<EarlierFile>, is_as_left: bool) {
+    fn take(&mut self, known: KnownSteps, file: Option<EarlierFile>, is_as_left: bool) {
         self.files.extend(known.files);
         self.surveys.extend(known.surveys);
         self.features.extend(known.features);
@@ -283,7 +283,7 @@ impl Steps {
     }
 
     /// Notes pages that now lie in the part.
-    pub fn made(&self, pages: &[Made]) -> Result<()> {
+    pub fn made(&self, pages: &[MadeRecord]) -> Result<()> {
         let mut log = self.log();
         pages.iter().for_each(|made| log.page(made));
         log.write().map_err(|error| self.unwritable(error))
@@ -329,7 +329,7 @@ impl Steps {
 }
 
 /// Begins a database: noted from now on, and a change of the one that is there, of so many bytes at most, if steps are kept.
-pub(super) fn begin(steps: Option<&Steps>, mut writer: PageWriter, changes: u64) -> Result<PageWriter> {
+pub(super) fn begin(steps: Option<&BuildCache>, mut writer: PageWriter, changes: u64) -> Result<PageWriter> {
     let Some(steps) = steps else { return Ok(writer) };
     if let Some(base) = &steps.base {
         writer = writer.patching(base, changes);
@@ -340,7 +340,7 @@ pub(super) fn begin(steps: Option<&Steps>, mut writer: PageWriter, changes: u64)
 
 /// Ends a database and gives it its name. Returns identity and bytes.
 pub(super) fn publish(
-    steps: Option<&Steps>,
+    steps: Option<&BuildCache>,
     writer: PageWriter,
     metadata: &Metadata,
     height_range: (f64, f64),
@@ -349,12 +349,12 @@ pub(super) fn publish(
     let (content_hash, bytes) = (sealed.content_hash, sealed.bytes);
     steps.map_or(Ok(()), |steps| steps.seal(content_hash))?;
     sealed.publish()?;
-    steps.into_iter().for_each(Steps::finish);
+    steps.into_iter().for_each(BuildCache::finish);
     Ok((content_hash, bytes))
 }
 
 /// Builds the error of a build that ends after so many pages; if it is an interruption and steps are kept, they wait for the next build.
-pub(super) fn kept(steps: Option<&Steps>, writer: PageWriter, pages: u64, error: Error) -> Error {
+pub(super) fn kept(steps: Option<&BuildCache>, writer: PageWriter, pages: u64, error: Error) -> Error {
     match (steps, error) {
         (Some(steps), Error::Interrupted(_)) if pages > 0 => {
             writer.keep();

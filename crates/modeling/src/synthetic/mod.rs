@@ -21,7 +21,7 @@ use glam::DVec2;
 pub use palette::{Palette, Stop};
 pub use refine::{Detail, Roughness};
 pub(super) use refine::{Energies, Lattice, Refinement};
-pub use shapes::{Circle, Hills, Terrain, Top};
+pub use shapes::{Circle, Hills, PlateauTop, Terrain};
 pub use texture::{Pattern, Texture};
 
 use super::tint::mix;

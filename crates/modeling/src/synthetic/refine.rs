@@ -169,8 +169,8 @@ impl Refinement {
     }
 
     /// The posts, less what is added at them.
-    pub fn posts<'a>(&'a self, samples: &'a dyn Samples<f64>) -> Posts<'a> {
-        Posts { samples, refinement: self }
+    pub fn posts<'a>(&'a self, samples: &'a dyn Samples<f64>) -> RasterPosts<'a> {
+        RasterPosts { samples, refinement: self }
     }
 
     /// Heights of waves at the posts, metres.
@@ -189,7 +189,7 @@ fn curvature_of(gain: f64) -> f64 {
 }
 
 /// See [`Refinement::posts`].
-pub(crate) struct Posts<'a> {
+pub(crate) struct RasterPosts<'a> {
     samples: &'a dyn Samples<f64>,
     refinement: &'a Refinement,
 }
@@ -200,7 +200,7 @@ pub(crate) struct Amplitudes<'a> {
     refinement: &'a Refinement,
 }
 
-impl Samples<f64> for Posts<'_> {
+impl Samples<f64> for RasterPosts<'_> {
     fn size(&self) -> (u32, u32) {
         self.samples.size()
     }

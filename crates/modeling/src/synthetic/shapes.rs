@@ -73,7 +73,7 @@ pub enum Terrain {
         /// Width of the flank around that, metres, > 0.
         flank_m: f64,
         /// Height of its top.
-        top: Top,
+        top: PlateauTop,
     },
     /// Level water.
     Pond {
@@ -114,7 +114,7 @@ pub struct Circle {
 
 /// Height of a plateau.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Top {
+pub enum PlateauTop {
     /// Height above the ground as it is, metres; with all its bumps.
     Above(f64),
     /// Level, at this height, metres.
@@ -256,8 +256,8 @@ impl Terrain {
                 let away = (at - circle.centre).length() - circle.radius_m;
                 let share = flank(away / flank_m);
                 match top {
-                    Top::Above(height) => Effect::raise(height * share),
-                    Top::Level(height) => Effect::level(*height, share),
+                    PlateauTop::Above(height) => Effect::raise(height * share),
+                    PlateauTop::Level(height) => Effect::level(*height, share),
                 }
             }
             Self::Pond { bank_m, level_m, .. } => {
@@ -340,8 +340,8 @@ impl Terrain {
             Self::Ridge { height_m, .. } | Self::Cone { height_m, .. } | Self::Dome { height_m, .. } => {
                 raised(*height_m)
             }
-            Self::Plateau { top: Top::Above(height), .. } => raised(*height),
-            Self::Plateau { top: Top::Level(height), .. } => with(*height, *height),
+            Self::Plateau { top: PlateauTop::Above(height), .. } => raised(*height),
+            Self::Plateau { top: PlateauTop::Level(height), .. } => with(*height, *height),
             Self::Pond { level_m, .. } => with(*level_m, *level_m),
         }
     }
@@ -365,8 +365,8 @@ mod tests {
         assert_eq!([0.0, 300.0, 400.0].map(|away| on(&dome, away, 10.0)), [100.0, 10.0, 10.0]);
         let plateau = |top| Terrain::Plateau { circle: CIRCLE, flank_m: 100.0, top };
         let heights = |top| [0.0, 300.0, 350.0, 400.0].map(|away| on(&plateau(top), away, 10.0));
-        assert_eq!(heights(Top::Above(80.0)), [90.0, 90.0, 50.0, 10.0]);
-        assert_eq!(heights(Top::Level(80.0)), [80.0, 80.0, 45.0, 10.0]);
+        assert_eq!(heights(PlateauTop::Above(80.0)), [90.0, 90.0, 50.0, 10.0]);
+        assert_eq!(heights(PlateauTop::Level(80.0)), [80.0, 80.0, 45.0, 10.0]);
     }
 
     #[test]

@@ -8,8 +8,8 @@ use crate::inputs::{Inputs, Opened};
 use crate::merge::Merger;
 use crate::plan;
 use crate::reach::Reach;
-use crate::room::Room;
-use crate::{Baking, NodataFill, Part, bake_shadows, extract};
+use crate::room::DiskSpace;
+use crate::{Baking, ExtractPart, NodataFill, bake_shadows, extract};
 use hedgehop::sunlight::Sun;
 use hedgehop::voxel::{MemPages, PageId, PageSource, in_full, verify};
 use hedgehop_base::progress::Silent;
@@ -117,7 +117,7 @@ fn parts_wholes_and_shadows_are_those_of_a_database_in_full() {
     for bounds in [[600.0, 600.0, 1000.0, 1000.0], [100.0, 100.0, 900.0, 300.0], [1700.0, 1700.0, 9e9, 9e9]] {
         let [part, wanted] = both.map(|source: &MemPages| {
             let pages: Vec<PageId> = source.directory().present().map(|(id, _)| id).collect();
-            let part = Part::around(&area.grid, &pages, bounds).unwrap();
+            let part = ExtractPart::around(&area.grid, &pages, bounds).unwrap();
             written(|path| extract(source, &pages, &part, (path, true), 2, &Silent).unwrap())
         });
         assert!(part == wanted, "{bounds:?}");
@@ -169,7 +169,7 @@ fn a_small_disk_has_room_for_files_far_apart() {
     let inputs = Inputs { elevation: tiles(), ..Inputs::default() };
     let plan = plan::plan(&inputs, &options).unwrap();
     let reach = Reach::of(&inputs, &plan, &options).unwrap();
-    let room = Room { plan: &plan, output: &options.output, builds: false, reach: &reach };
+    let room = DiskSpace { plan: &plan, output: &options.output, builds: false, reach: &reach };
     let area = apart();
     let bytes = area.bytes.len() as u64;
     let [least, most] = room.needed();

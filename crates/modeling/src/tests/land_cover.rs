@@ -6,7 +6,7 @@ use super::support::{Area, north_up, options, sheet, terrain};
 use crate::budget::Budget;
 use crate::corridor::{Corridor, Place, Route};
 use crate::inputs::{Inputs, Opened};
-use crate::land_cover::{Class, LandCoverFile, Scheme};
+use crate::land_cover::{LandCoverFile, SampleClass, Scheme};
 use crate::materials::{Finish, Materials};
 use crate::options::BuildOptions;
 use crate::{build, warp};
@@ -26,16 +26,16 @@ fn ground(count: u32) -> Vec<Opened<f64>> {
 }
 
 /// Classes by chance, one pixel in eight void.
-fn class(column: u32, row: u32, seed: u32) -> Class {
+fn class(column: u32, row: u32, seed: u32) -> SampleClass {
     let mixed =
         (column.wrapping_mul(0x9E37_79B1) ^ row.wrapping_mul(0x85EB_CA77) ^ seed).wrapping_mul(0xC2B2_AE35);
     match mixed >> 24 {
-        0..32 => Class::Void,
-        byte => Class::Known(1 + (byte % 30) as u8),
+        0..32 => SampleClass::Void,
+        byte => SampleClass::Known(1 + (byte % 30) as u8),
     }
 }
 
-fn built(land_cover: Vec<Opened<Class>>, posts: u32, adjust: impl Fn(&mut BuildOptions)) -> Area {
+fn built(land_cover: Vec<Opened<SampleClass>>, posts: u32, adjust: impl Fn(&mut BuildOptions)) -> Area {
     let folder = tempfile::tempdir().unwrap();
     let mut options = options(folder.path());
     adjust(&mut options);
@@ -56,7 +56,7 @@ fn built(land_cover: Vec<Opened<Class>>, posts: u32, adjust: impl Fn(&mut BuildO
 fn under(geo: &[f64; 6], (x, y): (f64, f64), seed: u32) -> u8 {
     let (column, row) = warp::apply(&warp::invert(geo).unwrap(), x, y);
     match class(column.floor() as u32, row.floor() as u32, seed) {
-        Class::Known(number) => number,
+        SampleClass::Known(number) => number,
         _ => 0,
     }
 }
@@ -131,7 +131,7 @@ fn corridors_have_the_most_frequent_class_outside() {
     let of = |x: f64, y: f64| {
         let (column, row) = (((x - west) / 10.0) as u32, ((south + 8000.0 - y) / 10.0) as u32);
         match patch(column, row) {
-            Class::Known(number) => number,
+            SampleClass::Known(number) => number,
             _ => 0,
         }
     };
@@ -183,8 +183,9 @@ fn corridors_have_the_most_frequent_class_outside() {
 fn ground_has_the_colour_of_its_material_and_varies() {
     let (crs, west, south) = place();
     let geo = north_up(west, south + 800.0, 400.0);
-    let half =
-        |column: u32, _| Class::Known(if column == 0 { Material::Water } else { Material::Sand }.code());
+    let half = |column: u32, _| {
+        SampleClass::Known(if column == 0 { Material::Water } else { Material::Sand }.code())
+    };
 
     let sand = Finish {
         material: Material::Sand,
@@ -231,7 +232,7 @@ fn borders_of_wide_pixels_are_no_stairs_but_classes_are() {
     let (crs, west, south) = place();
     let geo = north_up(west, south + 800.0, 20.0);
     // Water below a diagonal.
-    let diagonal = |column: u32, row: u32| Class::Known(if column < row { 1 } else { 17 });
+    let diagonal = |column: u32, row: u32| SampleClass::Known(if column < row { 1 } else { 17 });
     let area = built(vec![sheet(&crs, geo, (40, 40), diagonal)], 80, |options| options.spacing = Some(1.0));
     let is_dark = |x: u32, y: u32| area.colour(x, y)[0] < 125;
     let voxels: Vec<(u32, u32)> = (100..700).flat_map(|y| (100..700).map(move |x| (x, y))).collect();

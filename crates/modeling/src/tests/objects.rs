@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use glam::DVec2;
 
 use super::support::{Area, options};
-use crate::object::{BuiltIn, Form, ObjectFile, ScatterFile, Stance};
+use crate::object::{BuiltIn, ObjectFile, ScatterFile, ScatterForm, Stance};
 use crate::options::BuildOptions;
 use crate::synthetic::Terrain;
 use crate::{BuildReport, Finish, Materials, build};
@@ -125,7 +125,7 @@ fn an_object_is_made_of_what_is_said() {
 #[test]
 fn files_of_a_scatter_are_made_of_what_is_said_and_plants_of_leaves() {
     let folder = tempfile::tempdir().unwrap();
-    let forms = vec![Form::File(files(folder.path())), Form::BuiltIn(BuiltIn::Conifer)];
+    let forms = vec![ScatterForm::File(files(folder.path())), ScatterForm::BuiltIn(BuiltIn::Conifer)];
     let hay = Finish {
         material: Material::Own(201),
         name: "hay".into(),
@@ -148,7 +148,7 @@ fn files_of_a_scatter_are_made_of_what_is_said_and_plants_of_leaves() {
 #[test]
 fn forms_of_scatters_have_a_greatest_width() {
     let folder = tempfile::tempdir().unwrap();
-    let forms = vec![Form::File(files(folder.path()))];
+    let forms = vec![ScatterForm::File(files(folder.path()))];
     let mut options = plain(folder.path(), "a.hop");
     options.scatters =
         vec![ScatterFile { forms, spacing_m: 300.0, scale: [26.0; 2], ..ScatterFile::default() }];
@@ -162,8 +162,11 @@ fn forms_of_scatters_have_a_greatest_width() {
 fn scatters_are_the_same_for_any_machine() {
     let folder = tempfile::tempdir().unwrap();
     let path = files(folder.path());
-    let forms =
-        vec![Form::BuiltIn(BuiltIn::Broadleaf), Form::BuiltIn(BuiltIn::Conifer), Form::File(path.clone())];
+    let forms = vec![
+        ScatterForm::BuiltIn(BuiltIn::Broadleaf),
+        ScatterForm::BuiltIn(BuiltIn::Conifer),
+        ScatterForm::File(path.clone()),
+    ];
     let scatter =
         ScatterFile { forms, spacing_m: 20.0, scale: [0.7, 1.2], seed: 3, ..ScatterFile::default() };
     let mut bytes = Vec::new();

@@ -11,7 +11,7 @@ use crate::inputs::Inputs;
 use crate::object::ObjectFile;
 use crate::plan::{self, Plan};
 use crate::reach::Reach;
-use crate::room::{FREE, Room, least_page_bytes};
+use crate::room::{DiskSpace, FREE, least_page_bytes};
 use crate::synthetic::Terrain;
 use crate::{BuildOptions, build};
 use hedgehop::voxel::most_page_bytes;
@@ -75,7 +75,7 @@ fn what_is_needed_lies_between_the_least_and_the_most() {
     for (options, builds) in areas {
         let plan = plan_of(&options);
         let reach = Reach::of(&Inputs::default(), &plan, &options).unwrap();
-        let room = Room { plan: &plan, output: &options.output, builds, reach: &reach };
+        let room = DiskSpace { plan: &plan, output: &options.output, builds, reach: &reach };
         let report = build(&options, &Silent).unwrap();
         let area = Area::open(&options.output).unwrap();
 
@@ -114,7 +114,8 @@ fn a_disk_that_is_too_small_is_told_before_anything_is_made() {
     let options = level(folder.path(), 100.0);
     let plan = plan_of(&options);
     let reach = Reach::of(&Inputs::default(), &plan, &options).unwrap();
-    let [least, most] = Room { plan: &plan, output: &options.output, builds: false, reach: &reach }.needed();
+    let [least, most] =
+        DiskSpace { plan: &plan, output: &options.output, builds: false, reach: &reach }.needed();
     let refused = with_free(least - 1, || build(&options, &Silent)).unwrap_err().to_string();
     let megabytes = |bytes: u64| format!("{} MB", bytes.div_ceil(1_000_000));
     assert!(refused.contains("area.hop") && refused.contains("--spacing"), "{refused}");

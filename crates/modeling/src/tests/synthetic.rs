@@ -5,7 +5,7 @@ use glam::DVec2;
 use super::support::{Area, built, north_up, sheet, terrain, try_build};
 use crate::options::{BuildOptions, Interpolation};
 use crate::synthetic::{
-    Circle, Detail, Hills, Palette, Pattern, Roughness, Stop, Synthetic, Terrain, Texture, Top,
+    Circle, Detail, Hills, Palette, Pattern, PlateauTop, Roughness, Stop, Synthetic, Terrain, Texture,
 };
 use crate::warp::{LevelGrid, Rect};
 use hedgehop::voxel::Grid;
@@ -42,7 +42,11 @@ fn country() -> Vec<Terrain> {
         Terrain::Ridge { line: below, width_m: 300.0, crest_m: 60.0, height_m: -40.0 },
         Terrain::Cone { circle: circle(400.0, 400.0, 150.0), height_m: 50.0 },
         Terrain::Dome { circle: circle(1300.0, 400.0, 180.0), height_m: 60.0 },
-        Terrain::Plateau { circle: circle(1300.0, 1000.0, 90.0), flank_m: 60.0, top: Top::Level(140.0) },
+        Terrain::Plateau {
+            circle: circle(1300.0, 1000.0, 90.0),
+            flank_m: 60.0,
+            top: PlateauTop::Level(140.0),
+        },
     ]
 }
 
@@ -73,7 +77,7 @@ fn a_plane_is_level_or_as_steep_as_it_says() {
 fn shapes_have_their_heights_where_they_say() {
     let cone = Terrain::Cone { circle: circle(804.0, 804.0, 320.0), height_m: 96.0 };
     let plateau =
-        Terrain::Plateau { circle: circle(204.0, 204.0, 64.0), flank_m: 32.0, top: Top::Above(20.0) };
+        Terrain::Plateau { circle: circle(204.0, 204.0, 64.0), flank_m: 32.0, top: PlateauTop::Above(20.0) };
     let area = made(vec![plane(10.0), cone, plateau], |_| {});
     // The centre of voxel (100, 100) is (804, 804); 40 voxels on is the rim.
     let height = |x, y| area.height(x, y).unwrap();

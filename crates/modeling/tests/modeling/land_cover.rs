@@ -7,7 +7,7 @@ use std::path::Path;
 use hedgehop::memory::PageFile;
 use hedgehop::progress::Silent;
 use hedgehop::voxel::{Material, PageSource};
-use hedgehop_modeling::object::{BuiltIn, Form, ScatterFile};
+use hedgehop_modeling::object::{BuiltIn, ScatterFile, ScatterForm};
 use hedgehop_modeling::recipe::Recipe;
 use hedgehop_modeling::{
     BuildOptions, ElevationFile, FeatureFile, Finish, LandCoverFile, Materials, Scheme, build,
@@ -173,7 +173,7 @@ fn nodata_of_files_and_of_recipes_says_nothing() {
 fn plants_keep_to_their_ground() {
     let folder = site();
     let trees = |on: &[Material]| ScatterFile {
-        forms: vec![Form::BuiltIn(BuiltIn::Broadleaf)],
+        forms: vec![ScatterForm::BuiltIn(BuiltIn::Broadleaf)],
         spacing_m: 12.0,
         grounds: on.to_vec(),
         ..ScatterFile::default()

@@ -62,7 +62,7 @@ struct Horizon {
 
 /// Whether something of a ring is seen.
 #[derive(Debug, Clone, Copy)]
-struct Sight {
+struct FootprintSegment {
     /// Whether the surface may rise above the sure horizon.
     may_be: bool,
     /// And above the likely one.
@@ -115,7 +115,7 @@ impl<'a> PageFootprint<'a> {
         let top = wedge.slopes[1];
         let coarsest = self.coarsest();
         let mut horizon = Horizon { sure: wedge.slopes[0], likely: wedge.slopes[0] };
-        let mut before = Sight { may_be: true, is_likely: true };
+        let mut before = FootprintSegment { may_be: true, is_likely: true };
         let mut at = nearest;
         let strides = self.strides.clone();
         let mut rings = Rings::new(&strides, eye, wedge, nearest);
@@ -177,8 +177,14 @@ impl<'a> PageFootprint<'a> {
     }
 
     /// Whether something in a ring may rise above the horizon, and whether it is likely to, seen with the march's own bounds.
-    fn sight(&mut self, eye: DVec3, wedge: &Wedge, ring: &Ring, horizon: Horizon) -> Result<Sight> {
-        let unknown = Sight { may_be: true, is_likely: true };
+    fn sight(
+        &mut self,
+        eye: DVec3,
+        wedge: &Wedge,
+        ring: &Ring,
+        horizon: Horizon,
+    ) -> Result<FootprintSegment> {
+        let unknown = FootprintSegment { may_be: true, is_likely: true };
         let level = ring.skip_level.min(self.coarsest());
         if ring.block > MOST_VOXELS as f64 * f64::from(Grid::side_units(level)) {
             return Ok(unknown);
@@ -191,7 +197,7 @@ impl<'a> PageFootprint<'a> {
             let above = |distance: f64| z - wedge.drop[0] * distance * distance >= horizon * distance;
             high != HeightCode::EMPTY && (above(ring.from) || above(ring.to))
         };
-        Ok(Sight { may_be: rises(horizon.sure), is_likely: rises(horizon.likely) })
+        Ok(FootprintSegment { may_be: rises(horizon.sure), is_likely: rises(horizon.likely) })
     }
 
     /// The horizon behind a ring: the lowest surface of each strip of some lines stands before it, and likely one in the middle between lowest and

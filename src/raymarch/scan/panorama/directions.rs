@@ -12,7 +12,7 @@ const CELL_ROWS: usize = 32;
 const CELL_STRIPS: usize = 2;
 
 /// Directions of sixteen pixels: x, y, z; all zero where there is no ray.
-pub type Strip = [[f32; LANES]; 3];
+pub type DirectionStrip = [[f32; LANES]; 3];
 
 /// A cone that holds the directions of some pixels.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,16 +28,16 @@ pub struct DirectionCell {
 pub struct Directions {
     camera: Camera,
     /// `[strip][row]`, strips of sixteen columns: in the order in which the image stage reads them.
-    table: Vec<Strip>,
+    table: Vec<DirectionStrip>,
     /// `[strips][rows]` of [`CELL_STRIPS`] and [`CELL_ROWS`]; `None` where no pixel has a ray.
     cells: Vec<Option<DirectionCell>>,
 }
 
 /// Some strips that are to be filled.
-pub struct Part<'d> {
+pub struct DirectionPart<'d> {
     /// First column.
     first: usize,
-    table: &'d mut [Strip],
+    table: &'d mut [DirectionStrip],
     cells: &'d mut [Option<DirectionCell>],
 }
 
@@ -54,13 +54,13 @@ impl Directions {
     }
 
     /// Splits the directions into parts to be filled, in any order.
-    pub fn parts(&mut self) -> Vec<Part<'_>> {
+    pub fn parts(&mut self) -> Vec<DirectionPart<'_>> {
         let rows = self.camera.height as usize;
         let strips = self.table.chunks_mut(rows * CELL_STRIPS);
         strips
             .zip(self.cells.chunks_mut(rows.div_ceil(CELL_ROWS)))
             .enumerate()
-            .map(|(index, (table, cells))| Part { first: index * CELL_STRIPS * LANES, table, cells })
+            .map(|(index, (table, cells))| DirectionPart { first: index * CELL_STRIPS * LANES, table, cells })
             .collect()
     }
 
@@ -81,12 +81,12 @@ impl Directions {
 
     /// Sixteen pixels from `column` (a multiple of sixteen) of a `row` on.
     #[inline(always)]
-    pub fn strip(&self, column: usize, row: usize) -> &Strip {
+    pub fn strip(&self, column: usize, row: usize) -> &DirectionStrip {
         &self.table[column / LANES * self.camera.height as usize + row]
     }
 }
 
-impl Part<'_> {
+impl DirectionPart<'_> {
     /// Asks `camera` for each direction.
     pub fn fill(self, camera: &Camera) {
         let Self { first, table, cells } = self;
@@ -110,7 +110,7 @@ impl Part<'_> {
 }
 
 /// The cone around some directions.
-fn cone<'d, I: Iterator<Item = &'d Strip>>(strips: impl Fn() -> I) -> Option<DirectionCell> {
+fn cone<'d, I: Iterator<Item = &'d DirectionStrip>>(strips: impl Fn() -> I) -> Option<DirectionCell> {
     let directions = || {
         strips()
             .flat_map(|strip| (0..LANES).map(|lane| strip.map(|axis| f64::from(axis[lane]))))

@@ -35,7 +35,7 @@ struct SpanRows {
 
 /// Distance of the spans in the rows' middles.
 #[derive(Debug, Clone, Copy)]
-struct Middles {
+struct RowMiddles {
     /// Share of light that is hidden there, 0…1.
     hidden: Sixteen,
     /// Inverse depth of what hides the half of it, 1/metres; 0: nothing.
@@ -54,7 +54,7 @@ impl SpanRows {
     };
 }
 
-impl Middles {
+impl RowMiddles {
     const EMPTY: Self = Self { hidden: NONE, inverse: NONE, tilts: [NONE; 2] };
 }
 
@@ -194,7 +194,7 @@ pub(super) struct FreeRows {
     count: usize,
     rows: Vec<SpanRows>,
     /// Nothing unless it is of interest how far away things are.
-    middles: Vec<Middles>,
+    middles: Vec<RowMiddles>,
     /// Bits of rows that are hidden all over, and how many are not.
     full: Vec<u64>,
     open: usize,
@@ -223,7 +223,8 @@ impl SpanCoverage {
             for (lane, column) in columns.iter().enumerate() {
                 let SpanRows { light: [red, green, blue], share, inverse, .. } = &column.rows[sixteen];
                 put(rows, lane, 0, [red, green, blue, share, inverse]);
-                if let Some(Middles { inverse, tilts: [across, along], .. }) = column.middles.get(sixteen) {
+                if let Some(RowMiddles { inverse, tilts: [across, along], .. }) = column.middles.get(sixteen)
+                {
                     put(rows, lane, 5, [inverse, across, along]);
                 }
             }
@@ -259,9 +260,9 @@ impl FreeRows {
         self.rows[used.clone()].fill(SpanRows::EMPTY);
         self.rows.resize(sixteens, SpanRows::EMPTY);
         if let Some(middles) = self.middles.get_mut(used) {
-            middles.fill(Middles::EMPTY);
+            middles.fill(RowMiddles::EMPTY);
         }
-        self.middles.resize(if has_depths { sixteens } else { 0 }, Middles::EMPTY);
+        self.middles.resize(if has_depths { sixteens } else { 0 }, RowMiddles::EMPTY);
         self.full.clear();
         self.full.resize(count.div_ceil(WORD), 0);
         (self.count, self.open) = (count, count);

@@ -16,7 +16,7 @@ const BY_ROUNDING: f32 = 1.0e-5;
 const MOST_SORTED: usize = 16;
 
 /// Spans of a voxel where a plane crosses them.
-pub(super) struct Crossing<'c, 'f, L, V> {
+pub(super) struct VoxelCrossing<'c, 'f, L, V> {
     pub simd: V,
     pub page: PageId,
     /// Column and row on the page.
@@ -59,7 +59,7 @@ struct Wall {
     is_joint: bool,
 }
 
-impl<L: FacetLight, V: Simd> Crossing<'_, '_, L, V> {
+impl<L: FacetLight, V: Simd> VoxelCrossing<'_, '_, L, V> {
     /// Looks at the spans of the voxel.
     #[inline(always)]
     pub fn look_at(&mut self, spans: &[Span], ground: &mut Crest<'_>) {

@@ -34,7 +34,7 @@ use glam::DVec3;
 use self::column::FreeRows;
 pub use self::column::SpanCoverage;
 use self::crest::Crest;
-use self::crossing::Crossing;
+use self::crossing::VoxelCrossing;
 use self::voxels::{Passed, PlaneCourse, VoxelVeil};
 use self::walk::{VoxelStep, Walk};
 use super::{MarchField, PlaneGroup, Profile, RowTable};
@@ -319,7 +319,7 @@ impl<L: FacetLight> Plane<'_, '_, L> {
         for voxel in passed.voxels() {
             let place = voxel.place as u32;
             let [near, far] = voxel.distances;
-            let mut crossing = Crossing {
+            let mut crossing = VoxelCrossing {
                 simd,
                 page,
                 voxel: [corner[0] + place % BLOCK_SIDE, corner[1] + place / BLOCK_SIDE],

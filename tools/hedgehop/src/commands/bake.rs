@@ -26,7 +26,7 @@ Examples:
 /// unless --sun says otherwise.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLE, after_long_help = format!("{EXAMPLE}\n\n{}", exit::HELP))]
-pub struct Args {
+pub struct BakeArgs {
     /// Database to take
     #[arg(value_name = "AREA.hop")]
     area: PathBuf,
@@ -44,7 +44,7 @@ pub struct Args {
 }
 
 /// Runs the command.
-pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
+pub fn run(args: &BakeArgs, interrupt: &Interrupt) -> Outcome {
     let reporter = Reporter::new(args.making.progress, interrupt);
     if let (Ok(area), Ok(output)) = (args.area.canonicalize(), args.output.canonicalize())
         && area == output

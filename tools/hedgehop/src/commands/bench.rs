@@ -30,7 +30,7 @@ use hedgehop::{Error, Result};
 
 use crate::args::{self, Instructions, Overlap, Size, check_no_input};
 use crate::exit::{self, Failure, Outcome};
-use crate::figures::{Figures, Report};
+use crate::figures::{BenchReport, Figures};
 use crate::interrupt::Interrupt;
 use crate::memory::{self, Frames, Memory, Shares};
 use crate::output::WRITER;
@@ -56,7 +56,7 @@ const DEFAULT_FRAMES: u64 = 12;
 /// Measure how fast this machine renders a path.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLE, after_long_help = format!("{EXAMPLE}\n\n{}", exit::HELP))]
-pub struct Args {
+pub struct BenchArgs {
     /// Database to fly through
     #[arg(value_name = "AREA.hop")]
     area: PathBuf,
@@ -133,7 +133,7 @@ struct Job<'a> {
 }
 
 /// Runs the command.
-pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
+pub fn run(args: &BenchArgs, interrupt: &Interrupt) -> Outcome {
     let reporter = Reporter::new(args.progress, interrupt);
     args.instructions.check()?;
     let scene = args.scene.read(&reporter)?;
@@ -210,14 +210,14 @@ fn spread(count: u64) -> String {
 }
 
 fn measure(
-    args: &Args,
+    args: &BenchArgs,
     scene: Option<&Scene>,
     source: &ResidentPages,
     shares: Option<Shares>,
     size: Size,
     cameras: &[(u64, Camera)],
     reporter: &Reporter,
-) -> Result<Report> {
+) -> Result<BenchReport> {
     let mut crews = crews(args)?;
     let (most, cores) =
         (crews.iter().map(|crew| crew.farm.workers()).max().unwrap_or(1), args::available_cores());
@@ -265,7 +265,7 @@ fn measure(
     let mut results: Vec<Figures> = listed.map(|(figures, _)| figures).collect();
     set_efficiency(&mut results);
 
-    Ok(Report {
+    Ok(BenchReport {
         hedgehop: env!("CARGO_PKG_VERSION"),
         cores: args::available_cores(),
         engine: args.instructions.engine,
@@ -450,7 +450,7 @@ fn set_efficiency(results: &mut [Figures]) {
     }
 }
 
-fn table(report: &Report) -> String {
+fn table(report: &BenchReport) -> String {
     let [width, height] = report.size;
     let mut text = format!(
         "{}: {} frames of {width}x{height}, median of {}, {} cores, {}\n\n\

@@ -74,7 +74,7 @@ const SAID_BY_RECIPES: [&str; 25] = [
 /// priority: where they overlap, the first one that has data counts. Memory stays bounded for inputs of any size.
 #[derive(Debug, Clone, clap::Args)]
 #[command(after_help = EXAMPLE, after_long_help = format!("{EXAMPLE}\n\n{}", exit::HELP))]
-pub struct Args {
+pub struct BuildArgs {
     /// Recipe that says what to build from what; instead of the flags below, but for -o, --memory, --jobs, --overwrite and --progress
     #[arg(value_name = "PLACE.toml", conflicts_with_all = SAID_BY_RECIPES)]
     recipe: Option<PathBuf>,
@@ -231,7 +231,7 @@ fn nodata_fill(text: &str) -> Result<NodataFill, String> {
     }
 }
 
-impl Args {
+impl BuildArgs {
     fn cloud(&self, path: &Path) -> CloudFile {
         let datum = self.src_vdatum.map(VerticalDatum::from);
         CloudFile { path: path.to_owned(), crs: self.cloud_crs.clone(), datum, ..CloudFile::default() }
@@ -314,7 +314,7 @@ impl Args {
     }
 }
 
-impl Args {
+impl BuildArgs {
     /// The same with files in place of patterns.
     fn with_files(mut self) -> hedgehop::Result<Self> {
         let files: [(&str, &mut Vec<PathBuf>, &[&str]); 6] = [
@@ -360,7 +360,7 @@ impl Args {
 }
 
 /// Runs the command.
-pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
+pub fn run(args: &BuildArgs, interrupt: &Interrupt) -> Outcome {
     let args = &args.clone().with_files()?;
     let order = args.order()?;
     let output = &order.options.output;

@@ -30,7 +30,7 @@ const MOST_TOLD: usize = 3;
 /// Frames of folders are those of one name, whatever their format. Pictures that differ are no failure: the exit code is 0.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLE, after_long_help = format!("{EXAMPLE}\n\n{}", exit::HELP))]
-pub struct Args {
+pub struct CompareArgs {
     /// A picture (.png, .exr, .jpg), or a folder of frames
     #[arg(value_name = "A")]
     a: PathBuf,
@@ -68,7 +68,7 @@ struct Pair {
 }
 
 /// Runs the command.
-pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
+pub fn run(args: &CompareArgs, interrupt: &Interrupt) -> Outcome {
     let reporter = Reporter::new(args.progress, interrupt);
     let pairs = pairs(args, &reporter)?;
     for output in pairs.iter().filter_map(|pair| pair.output.as_ref()).chain(&args.html) {
@@ -112,7 +112,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
 }
 
 /// Compares one pair, and writes what was asked for.
-fn one(pair: &Pair, args: &Args, viewer: &mut Viewer) -> hedgehop::Result<Sums> {
+fn one(pair: &Pair, args: &CompareArgs, viewer: &mut Viewer) -> hedgehop::Result<Sums> {
     let [first, second] = &pair.files;
     let (a, b) = (pictures::open(first)?, pictures::open(second)?);
     check_sizes((first, &a), (second, &b))?;
@@ -128,7 +128,7 @@ fn one(pair: &Pair, args: &Args, viewer: &mut Viewer) -> hedgehop::Result<Sums> 
 }
 
 /// Finds the pairs to be compared.
-fn pairs(args: &Args, observer: &dyn Observer) -> hedgehop::Result<Vec<Pair>> {
+fn pairs(args: &CompareArgs, observer: &dyn Observer) -> hedgehop::Result<Vec<Pair>> {
     match (args.a.is_dir(), args.b.is_dir()) {
         (false, false) => {
             args.output.iter().try_for_each(|output| {
@@ -148,7 +148,7 @@ fn pairs(args: &Args, observer: &dyn Observer) -> hedgehop::Result<Vec<Pair>> {
 }
 
 /// Pictures of two folders that have the same name.
-fn in_folders(args: &Args, observer: &dyn Observer) -> hedgehop::Result<Vec<Pair>> {
+fn in_folders(args: &CompareArgs, observer: &dyn Observer) -> hedgehop::Result<Vec<Pair>> {
     let stem = |path: &Path| path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let first = pictures::in_folder(&args.a)?;
     let mut second: BTreeMap<String, PathBuf> = BTreeMap::new();

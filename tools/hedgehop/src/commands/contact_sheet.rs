@@ -24,7 +24,7 @@ Examples:
 /// their numbers.
 #[derive(Debug, Clone, clap::Args)]
 #[command(after_help = EXAMPLE, after_long_help = format!("{EXAMPLE}\n\n{}", exit::HELP))]
-pub struct Args {
+pub struct ContactSheetArgs {
     /// Folders of frames, pictures (.png, .exr, .jpg), or one film
     #[arg(value_name = "FRAMES", required = true)]
     inputs: Vec<PathBuf>,
@@ -51,11 +51,11 @@ pub struct Args {
 }
 
 /// Runs the command.
-pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
+pub fn run(args: &ContactSheetArgs, interrupt: &Interrupt) -> Outcome {
     let reporter = Reporter::new(args.progress, interrupt);
     let named = args.inputs.iter().map(|input| expanded("contact-sheet", input));
     let named = named.collect::<hedgehop::Result<Vec<_>>>()?.concat();
-    let args = &Args { inputs: named, ..args.clone() };
+    let args = &ContactSheetArgs { inputs: named, ..args.clone() };
     let inputs: Vec<_> = args.inputs.iter().map(PathBuf::as_path).collect();
     pictures::check_png(&args.output, "a contact sheet")?;
     check_no_input("-o", &args.output, &inputs)?;
@@ -92,7 +92,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
 }
 
 /// Reads the entries of folders and single pictures.
-fn of_files(args: &Args, reporter: &Reporter) -> hedgehop::Result<Vec<Entry>> {
+fn of_files(args: &ContactSheetArgs, reporter: &Reporter) -> hedgehop::Result<Vec<Entry>> {
     let mut files = Vec::new();
     for input in &args.inputs {
         if input.is_dir() {

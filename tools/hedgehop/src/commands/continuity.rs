@@ -12,7 +12,7 @@ use crate::args;
 use crate::chart;
 use crate::commands::contours::relief;
 use crate::exit::{self, Failure, Outcome};
-use crate::faults::{self, Kind};
+use crate::faults::{self, FaultKind};
 use crate::interrupt::Interrupt;
 use crate::maps;
 use crate::pictures;
@@ -29,7 +29,7 @@ Examples:
 /// Spikes, pits, seams, flat tops, terraces, voids and cracks of the finest level, on the ground under what stands on it. The exit code is 6 if something was found.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLE, after_long_help = format!("{EXAMPLE}\n\n{}", exit::HELP))]
-pub struct Args {
+pub struct ContinuityArgs {
     /// Database to look at
     #[arg(value_name = "AREA.hop")]
     area: PathBuf,
@@ -48,7 +48,7 @@ pub struct Args {
 
     /// Faults that make the exit code 6, with commas between [default: all]
     #[arg(long, value_enum, value_name = "KINDS", value_delimiter = ',')]
-    fail_on: Option<Vec<Kind>>,
+    fail_on: Option<Vec<FaultKind>>,
 
     /// Ratio to the roughness around it by which a spike or pit stands out
     #[arg(long, value_name = "FACTOR", value_parser = factor, default_value = "5", allow_negative_numbers = true)]
@@ -68,7 +68,7 @@ fn factor(text: &str) -> std::result::Result<f64, String> {
 }
 
 /// Runs the command.
-pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
+pub fn run(args: &ContinuityArgs, interrupt: &Interrupt) -> Outcome {
     let reporter = Reporter::new(args.progress, interrupt);
     check_outputs(args)?;
     let source = PageFile::open(&args.area)?;
@@ -94,12 +94,12 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
 
     source.intact()?;
     exit::print(&faults::summary(&report, &places))?;
-    let kinds = args.fail_on.as_deref().unwrap_or(&Kind::ALL);
+    let kinds = args.fail_on.as_deref().unwrap_or(&FaultKind::ALL);
 
     if kinds.iter().any(|kind| report.count(kind.fault()) > 0) { Err(Failure::Problems) } else { Ok(()) }
 }
 
-fn check_outputs(args: &Args) -> Result<()> {
+fn check_outputs(args: &ContinuityArgs) -> Result<()> {
     let input: &[&Path] = &[&args.area];
     if let Some(path) = &args.output {
         if !maps::is(path, "csv") {

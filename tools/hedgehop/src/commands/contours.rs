@@ -49,7 +49,7 @@ const DECIMALS: i32 = 7;
 /// Lines of the ground under what stands on it, by marching squares on the posts of a level. GeoJSON has them in longitude and latitude; a .tif or .png is a map with relief, and figures on index lines.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLE, after_long_help = format!("{EXAMPLE}\n\n{}", exit::HELP))]
-pub struct Args {
+pub struct ContoursArgs {
     /// Database to draw
     #[arg(value_name = "AREA.hop")]
     area: PathBuf,
@@ -109,7 +109,7 @@ impl Form {
 }
 
 /// Runs the command.
-pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
+pub fn run(args: &ContoursArgs, interrupt: &Interrupt) -> Outcome {
     let reporter = Reporter::new(args.progress, interrupt);
     let form = Form::of(&args.output)?;
     let source = PageFile::open(&args.area)?;
@@ -258,7 +258,7 @@ fn write_tiff(
 
 /// All lines as a collection of features (RFC 7946).
 fn write_geojson(
-    args: &Args,
+    args: &ContoursArgs,
     source: &PageFile,
     found: &[Contour],
     (interval, index): (f64, i64),

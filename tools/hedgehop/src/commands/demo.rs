@@ -81,7 +81,7 @@ const SHEET_COLUMNS: u32 = 4;
 /// Build and fly a small valley; needs no files and no network.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLE, after_long_help = format!("{EXAMPLE}\n\n{}", exit::HELP))]
-pub struct Args {
+pub struct DemoArgs {
     /// Folder to write to; it is made if it does not exist
     #[arg(short, long, value_name = "DIR", default_value = "hedgehop-demo")]
     output: PathBuf,
@@ -92,7 +92,7 @@ pub struct Args {
 }
 
 /// Runs the command.
-pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
+pub fn run(args: &DemoArgs, interrupt: &Interrupt) -> Outcome {
     let reporter = Reporter::new(args.progress, interrupt);
     let folder = &args.output;
     fs::create_dir_all(folder).map_err(|error| Error::io(folder, "create the folder", error))?;
@@ -145,9 +145,9 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
 }
 
 /// The flight as `hedgehop render` would fly it.
-fn flight(folder: &Path, area: &Path) -> Result<render::Args> {
+fn flight(folder: &Path, area: &Path) -> Result<render::RenderArgs> {
     let film = folder.join("valley.mp4");
-    Ok(render::Args {
+    Ok(render::RenderArgs {
         area: area.to_owned(),
         output: FramePattern::parse(&folder.join("frames").join("####.png").to_string_lossy())?,
         fps: FRAMES_PER_SECOND.parse()?,

@@ -7,7 +7,7 @@ use hedgehop::memory::PageFile;
 use hedgehop::progress::Observer;
 use hedgehop::voxel::{Header, PageId, PageSource};
 use hedgehop::{Error, Result};
-use hedgehop_modeling::{Part, extract};
+use hedgehop_modeling::{ExtractPart, extract};
 
 use crate::area;
 use crate::args::{self, check_no_input};
@@ -30,7 +30,7 @@ const SIDE_POINTS: u32 = 17;
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLE, after_long_help = format!("{EXAMPLE}\n\n{}", exit::HELP))]
 #[command(group(clap::ArgGroup::new("box").required(true).args(["bbox", "lon_lat"])))]
-pub struct Args {
+pub struct ExtractArgs {
     /// Database to take
     #[arg(value_name = "AREA.hop")]
     area: PathBuf,
@@ -52,7 +52,7 @@ pub struct Args {
 }
 
 /// Runs the command.
-pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
+pub fn run(args: &ExtractArgs, interrupt: &Interrupt) -> Outcome {
     let reporter = Reporter::new(args.making.progress, interrupt);
     check_no_input("-o", &args.output, &[&args.area])?;
     if args.output == Path::new("-") {
@@ -68,7 +68,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
         (None, None) => return Err(Error::Configuration("give --bbox or --lon-lat".into()).into()),
     };
     let pages: Vec<PageId> = source.directory().present().map(|(id, _)| id).collect();
-    let part = Part::around(&header.grid, &pages, bounds)?;
+    let part = ExtractPart::around(&header.grid, &pages, bounds)?;
     let (near, far) = (part.grid.origin, part.grid.far_corner());
     reporter.note(&format!(
         "grown to whole pages: x {:.1} to {:.1}, y {:.1} to {:.1}, {} x {} voxels",

@@ -23,7 +23,7 @@ Examples:
 /// Say how high the ground is, and what it is made of, at places of a database.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLE, after_long_help = format!("{EXAMPLE}\n\n{}", exit::HELP))]
-pub struct Args {
+pub struct HeightArgs {
     /// Database to ask
     #[arg(value_name = "AREA.hop")]
     file: PathBuf,
@@ -66,7 +66,7 @@ fn numbers(text: &str) -> Option<Vec<String>> {
 }
 
 /// Runs the command.
-pub fn run(args: &Args) -> Outcome {
+pub fn run(args: &HeightArgs) -> Outcome {
     let (pairs, rest) = args.places.as_chunks::<2>();
     if !rest.is_empty() {
         let what = format!(

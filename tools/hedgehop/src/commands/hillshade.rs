@@ -39,7 +39,7 @@ const AMBIENT: f64 = 0.25;
 /// Slopes by Horn's method (1981); each pixel has the cosine between sun and ground. A .tif is a Cloud Optimized GeoTIFF; a .png gets a world file (.pgw) and a .prj beside it.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLE, after_long_help = format!("{EXAMPLE}\n\n{}", exit::HELP))]
-pub struct Args {
+pub struct HillshadeArgs {
     /// Database to draw
     #[arg(value_name = "AREA.hop")]
     area: PathBuf,
@@ -73,7 +73,7 @@ pub struct Args {
 }
 
 /// Runs the command.
-pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
+pub fn run(args: &HillshadeArgs, interrupt: &Interrupt) -> Outcome {
     let reporter = Reporter::new(args.progress, interrupt);
     let is_tiff = maps::is(&args.output, "tif") || maps::is(&args.output, "tiff");
     if !is_tiff && !maps::is(&args.output, "png") {
@@ -149,7 +149,7 @@ impl Picture<'_> {
 
     fn write_tiff(
         &self,
-        args: &Args,
+        args: &HillshadeArgs,
         header: &hedgehop::voxel::Header,
         observer: &dyn Observer,
     ) -> Result<()> {
@@ -163,7 +163,7 @@ impl Picture<'_> {
     }
 
     /// A PNG with what has no ground clear, strip by strip.
-    fn write_png(&self, args: &Args, observer: &dyn Observer) -> Result<()> {
+    fn write_png(&self, args: &HillshadeArgs, observer: &dyn Observer) -> Result<()> {
         let extent = *self.map.extent();
         let mut failed = None;
         let written = write_with(&args.output, |file| {

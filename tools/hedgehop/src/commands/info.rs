@@ -22,7 +22,7 @@ Examples:
 /// Say what a database covers, where it comes from and what was assumed.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLE, after_long_help = format!("{EXAMPLE}\n\n{}", exit::HELP))]
-pub struct Args {
+pub struct InfoArgs {
     /// Database to look at
     #[arg(value_name = "AREA.hop")]
     file: PathBuf,
@@ -41,7 +41,7 @@ pub struct Args {
 }
 
 /// Runs the command.
-pub fn run(args: &Args) -> Outcome {
+pub fn run(args: &InfoArgs) -> Outcome {
     let source = PageFile::open(&args.file)?;
     let header = source.header();
     let found = match args.bbox {

@@ -24,7 +24,7 @@ Examples:
 /// They have one spacing and one reference system, and their voxels lie on each other. Where they overlap, earlier ones lie in front.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLE, after_long_help = format!("{EXAMPLE}\n\n{}", exit::HELP))]
-pub struct Args {
+pub struct MergeArgs {
     /// Databases, highest priority first
     #[arg(value_name = "AREA.hop", required = true, num_args = 2..)]
     areas: Vec<PathBuf>,
@@ -42,7 +42,7 @@ pub struct Args {
 }
 
 /// Runs the command.
-pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
+pub fn run(args: &MergeArgs, interrupt: &Interrupt) -> Outcome {
     let reporter = Reporter::new(args.making.progress, interrupt);
     let areas = args::input_files("merge", &args.areas, &["hop"])?;
     let inputs: Vec<&Path> = areas.iter().map(PathBuf::as_path).collect();

@@ -57,7 +57,7 @@ const SIGHT: Size = Size { width: 64, height: 36 };
 /// sight, and a scale.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLE, after_long_help = format!("{EXAMPLE}\n\n{}", exit::HELP))]
-pub struct Args {
+pub struct OverviewArgs {
     /// Database to draw
     #[arg(value_name = "AREA.hop")]
     area: PathBuf,
@@ -102,7 +102,7 @@ pub struct Args {
 }
 
 /// Runs the command.
-pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
+pub fn run(args: &OverviewArgs, interrupt: &Interrupt) -> Outcome {
     let reporter = Reporter::new(args.progress, interrupt);
     pictures::check_png(&args.output, "a map")?;
     let inputs: Vec<&Path> =
@@ -135,7 +135,11 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
 }
 
 /// The path over the database, and how its frames are looked at.
-fn flight(args: &Args, source: &PageFile, observer: &dyn Observer) -> Result<(Trajectory, FlightArgs)> {
+fn flight(
+    args: &OverviewArgs,
+    source: &PageFile,
+    observer: &dyn Observer,
+) -> Result<(Trajectory, FlightArgs)> {
     let flight = FlightArgs {
         path: args.path.clone(),
         eye: None,

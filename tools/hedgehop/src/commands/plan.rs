@@ -41,7 +41,7 @@ const TIMED: Duration = Duration::from_secs(1);
 /// none is touched that is not counted.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLE, after_long_help = format!("{EXAMPLE}\n\n{}", exit::HELP))]
-pub struct Args {
+pub struct PlanArgs {
     /// Database to fly through
     #[arg(value_name = "AREA.hop")]
     area: PathBuf,
@@ -117,7 +117,7 @@ struct Machine {
 
 /// The whole answer.
 #[derive(Debug, Serialize)]
-struct Report {
+struct PlanReport {
     area: String,
     frames: u64,
     fps: String,
@@ -159,7 +159,7 @@ struct ByFrame {
 }
 
 /// Runs the command.
-pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
+pub fn run(args: &PlanArgs, interrupt: &Interrupt) -> Outcome {
     let reporter = Reporter::new(args.progress, interrupt);
     if let Some(map) = &args.traffic {
         let mut inputs = vec![args.area.as_path()];
@@ -246,12 +246,12 @@ fn planned(
 }
 
 fn report(
-    args: &Args,
+    args: &PlanArgs,
     file: &PageFile,
     cameras: &[(u64, Camera)],
     Planned { plan, by_reference }: &Planned,
     frames: Frames,
-) -> Result<Report> {
+) -> Result<PlanReport> {
     let most =
         |of: &dyn Fn(&hedgehop::memory::FrameNeeds) -> u64| plan.frames.iter().map(of).max().unwrap_or(0);
     let later =
@@ -263,7 +263,7 @@ fn report(
     let pages: Vec<PageId> = needed.iter().map(|(id, _)| *id).collect();
     let disk = if args.no_timing { None } else { Some(file.time_reading(&pages, TIMED)?) };
 
-    let mut report = Report {
+    let mut report = PlanReport {
         area: args.area.display().to_string(),
         frames: cameras.len() as u64,
         fps: args.fps.to_string(),
@@ -331,7 +331,7 @@ fn levels(file: &PageFile, cameras: &[(u64, Camera)], needed: &[(PageId, u32)]) 
     (0..header.level_count).map(level_needs).collect()
 }
 
-impl Report {
+impl PlanReport {
     fn obstacles(&self) -> Vec<String> {
         let mut obstacles = Vec::new();
         let wanted = self.memory_bytes_given.map_or(self.memory_bytes, |given| given.min(self.memory_bytes));

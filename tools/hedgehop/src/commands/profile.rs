@@ -38,7 +38,7 @@ const UNUSED_HFOV: f64 = 60.0;
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLE, after_long_help = format!("{EXAMPLE}\n\n{}", exit::HELP))]
 #[command(group(clap::ArgGroup::new("line").required(true).args(["path", "from"])))]
-pub struct Args {
+pub struct ProfileArgs {
     /// Database to ask
     #[arg(value_name = "AREA.hop")]
     file: PathBuf,
@@ -79,27 +79,27 @@ pub struct Args {
     output: Option<PathBuf>,
 }
 
-impl Args {
+impl ProfileArgs {
     fn ground(&self) -> Ground {
         if self.bare { Ground::Bare } else { Ground::Highest }
     }
 }
 
 /// Ground along a line, and how high a flight is above the datum at each place.
-struct Line {
+struct ProfileLine {
     title: String,
     samples: Vec<Sample>,
     flight: Option<Vec<f64>>,
 }
 
 /// Kinds of output.
-enum Kind {
+enum ProfileKind {
     Plot,
     Table,
 }
 
 /// Runs the command.
-pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
+pub fn run(args: &ProfileArgs, interrupt: &Interrupt) -> Outcome {
     let reporter = Reporter::new(Mode::Auto, interrupt);
     let output = args.output.as_deref().map(|path| Ok::<_, Error>((path, kind(path)?))).transpose()?;
     let inputs: Vec<&Path> = std::iter::once(args.file.as_path()).chain(args.path.as_deref()).collect();
@@ -124,7 +124,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
                 return Err(Error::Configuration(what).into());
             }
             let title = format!("{} to {}", places.name(ends[0]), places.name(ends[1]));
-            Line { title, samples: profile(&source, args.ground(), &ends, step)?, flight: None }
+            ProfileLine { title, samples: profile(&source, args.ground(), &ends, step)?, flight: None }
         }
         _ => return Err(Error::Configuration("give --path, or --from and --to".into()).into()),
     };
@@ -132,8 +132,8 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     let header = source.header();
     if let Some((path, kind)) = output {
         let text = match kind {
-            Kind::Plot => drawn(&line, header)?,
-            Kind::Table => table(&line, &places),
+            ProfileKind::Plot => drawn(&line, header)?,
+            ProfileKind::Table => table(&line, &places),
         };
         write_bytes(path, text.as_bytes())?;
     }
@@ -141,10 +141,10 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     Ok(exit::print(&summary(&line, header)?)?)
 }
 
-fn kind(path: &Path) -> Result<Kind> {
+fn kind(path: &Path) -> Result<ProfileKind> {
     match path.extension().and_then(|extension| extension.to_str()).map(str::to_ascii_lowercase).as_deref() {
-        Some("svg") => Ok(Kind::Plot),
-        Some("csv") => Ok(Kind::Table),
+        Some("svg") => Ok(ProfileKind::Plot),
+        Some("csv") => Ok(ProfileKind::Table),
         _ => {
             let what = format!("{}: a profile is a plot, .svg, or a table, .csv", path.display());
             Err(Error::Configuration(what))
@@ -153,7 +153,13 @@ fn kind(path: &Path) -> Result<Kind> {
 }
 
 /// The ground below a flight, and its heights, at times at which it is `step` metres apart or less.
-fn under_flight(args: &Args, path: &Path, source: &PageFile, step: f64, reporter: &Reporter) -> Result<Line> {
+fn under_flight(
+    args: &ProfileArgs,
+    path: &Path,
+    source: &PageFile,
+    step: f64,
+    reporter: &Reporter,
+) -> Result<ProfileLine> {
     let track = read_track(path, &args.tracks.options(args.alt_mode.map(Into::into)))?;
     let options = BindOptions { level: true, hfov: UNUSED_HFOV, clearance: None };
     let trajectory = over_ground(source, WorldArgs::default(), |crs, ground| {
@@ -187,10 +193,10 @@ fn under_flight(args: &Args, path: &Path, source: &PageFile, step: f64, reporter
         flight.push(eye.z);
     }
 
-    Ok(Line { title: path.display().to_string(), samples, flight: Some(flight) })
+    Ok(ProfileLine { title: path.display().to_string(), samples, flight: Some(flight) })
 }
 
-fn drawn(line: &Line, header: &Header) -> std::result::Result<String, Failure> {
+fn drawn(line: &ProfileLine, header: &Header) -> std::result::Result<String, Failure> {
     // Without any height there is no scale to draw it on.
     if line.flight.is_none() && line.samples.iter().all(|sample| sample.ground.is_none()) {
         let what = format!(
@@ -216,7 +222,7 @@ fn drawn(line: &Line, header: &Header) -> std::result::Result<String, Failure> {
 }
 
 /// All samples as CSV.
-fn table<S: PageSource>(line: &Line, places: &Places<'_, S>) -> String {
+fn table<S: PageSource>(line: &ProfileLine, places: &Places<'_, S>) -> String {
     let mut text = "distance_m,lon_deg,lat_deg,x_m,y_m,ground_m".to_owned();
     text += if line.flight.is_some() { ",altitude_m,above_ground_m\n" } else { "\n" };
     for (index, sample) in line.samples.iter().enumerate() {
@@ -247,7 +253,7 @@ fn table<S: PageSource>(line: &Line, places: &Places<'_, S>) -> String {
 }
 
 /// Describes the profile in a few lines.
-fn summary(line: &Line, header: &Header) -> Result<String> {
+fn summary(line: &ProfileLine, header: &Header) -> Result<String> {
     let datum = &header.metadata.vertical_datum;
     let length = line.samples.last().map_or(0.0, |sample| sample.distance);
     let heights: Vec<f64> = line.samples.iter().filter_map(|sample| sample.ground).collect();
@@ -286,7 +292,7 @@ fn summary(line: &Line, header: &Header) -> Result<String> {
 }
 
 /// Says where there is no ground, and why.
-fn missing(line: &Line, header: &Header) -> Result<String> {
+fn missing(line: &ProfileLine, header: &Header) -> Result<String> {
     let places = line.samples.len();
     let without = line.samples.iter().filter(|sample| sample.ground.is_none()).count();
     let outside = line.samples.iter().filter(|sample| !header.grid.contains(sample.place)).count();

@@ -21,13 +21,13 @@ Examples:
 /// Look into recipes.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLE, after_long_help = format!("{EXAMPLE}\n\n{}", exit::HELP))]
-pub struct Args {
+pub struct RecipeArgs {
     #[command(subcommand)]
-    command: Command,
+    command: RecipeCommand,
 }
 
 #[derive(Debug, Subcommand)]
-enum Command {
+enum RecipeCommand {
     /// Read a recipe and the heads of its files, and say what it builds, or all that is wrong with it, by line
     Check {
         /// Recipe to read
@@ -57,8 +57,8 @@ pub fn create(args: &NewArgs) -> Outcome {
 }
 
 /// Runs `hedgehop recipe`.
-pub fn run(args: &Args) -> Outcome {
-    let Command::Check { recipe: path } = &args.command;
+pub fn run(args: &RecipeArgs) -> Outcome {
+    let RecipeCommand::Check { recipe: path } = &args.command;
     let checked = Recipe::check(path)?.and_then(|recipe| {
         let outline = recipe.outline()?;
         Ok((recipe, outline))

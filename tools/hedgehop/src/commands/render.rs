@@ -55,7 +55,7 @@ const WORKERS_PER_ENCODER: usize = 4;
 /// a single picture. Frames are numbered from the start of the path, whichever of them are rendered.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLE, after_long_help = format!("{EXAMPLE}\n\n{}", exit::HELP))]
-pub struct Args {
+pub struct RenderArgs {
     /// Database to fly through
     #[arg(value_name = "AREA.hop")]
     pub area: PathBuf,
@@ -153,7 +153,7 @@ pub struct Done {
 }
 
 /// Runs the command.
-pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
+pub fn run(args: &RenderArgs, interrupt: &Interrupt) -> Outcome {
     let reporter = Reporter::new(args.progress, interrupt);
     args.instructions.check()?;
     let done = fly(args, PageFile::open_trusting(&args.area, args.trust.trust())?, &reporter)?;
@@ -203,7 +203,7 @@ impl Done {
 }
 
 /// Renders everything that `args` asks for. Frames that are finished when something goes wrong stay, and are listed.
-pub fn fly(args: &Args, file: PageFile, reporter: &Reporter) -> Result<Done> {
+pub fn fly(args: &RenderArgs, file: PageFile, reporter: &Reporter) -> Result<Done> {
     let scene = args.scene.read(reporter)?;
     let scene = scene.as_ref();
     let (finish, hud) = (args.finish.finish(scene)?, args.finish.hud(scene));
@@ -352,7 +352,7 @@ pub fn fly(args: &Args, file: PageFile, reporter: &Reporter) -> Result<Done> {
 }
 
 /// Refuses frames that would take the place of what they are made of.
-fn check_frames(args: &Args, scene: Option<&Scene>, frames: &[PathBuf]) -> Result<()> {
+fn check_frames(args: &RenderArgs, scene: Option<&Scene>, frames: &[PathBuf]) -> Result<()> {
     let mut inputs: Vec<&Path> = vec![&args.area];
     inputs.extend(args.flight.path.as_deref());
     inputs.extend(args.flight.screen.table());
@@ -361,7 +361,7 @@ fn check_frames(args: &Args, scene: Option<&Scene>, frames: &[PathBuf]) -> Resul
 }
 
 /// Refuses before the first frame what would fail, or destroy an input, after the last one.
-fn check_combination(args: &Args, scene: Option<&Scene>, size: Size) -> Result<()> {
+fn check_combination(args: &RenderArgs, scene: Option<&Scene>, size: Size) -> Result<()> {
     let is_stream = args.output.target() == Target::Y4m;
     let mut inputs: Vec<&Path> = args.flight.path.as_deref().into_iter().collect();
     inputs.extend(scene::inputs(scene));
@@ -396,7 +396,7 @@ fn check_combination(args: &Args, scene: Option<&Scene>, size: Size) -> Result<(
 }
 
 /// Everything that decides the pictures besides database and path.
-fn settings(args: &Args, scene: Option<&Scene>, setup: &Setup, options: &RenderOptions) -> Value {
+fn settings(args: &RenderArgs, scene: Option<&Scene>, setup: &Setup, options: &RenderOptions) -> Value {
     let (flight, look) = (&args.flight, &args.look);
     let mut settings = json!({
         "renderer": WRITER,
@@ -428,7 +428,7 @@ fn settings(args: &Args, scene: Option<&Scene>, setup: &Setup, options: &RenderO
 
 /// Returns how many frames were rendered, and how finely.
 fn fly_files(
-    args: &Args,
+    args: &RenderArgs,
     sequence: &Sequence<'_>,
     (files, is_listed): (&Files<'_>, bool),
     cameras: &[(u64, Camera)],
@@ -450,7 +450,7 @@ fn fly_files(
 }
 
 fn fly_stream(
-    args: &Args,
+    args: &RenderArgs,
     size: Size,
     sequence: &Sequence<'_>,
     cameras: &[(u64, Camera)],

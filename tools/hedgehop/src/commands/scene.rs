@@ -27,13 +27,13 @@ Examples:
 /// Look into scene files.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLE, after_long_help = format!("{EXAMPLE}\n\n{}", exit::HELP))]
-pub struct Args {
+pub struct SceneCheckArgs {
     #[command(subcommand)]
-    command: Command,
+    command: SceneCommand,
 }
 
 #[derive(Debug, Subcommand)]
-enum Command {
+enum SceneCommand {
     /// Read a scene and its tracks, and say what is in it
     ///
     /// With a database, also whether all objects have a place in it, and where they begin.
@@ -49,8 +49,8 @@ enum Command {
 }
 
 /// Runs the command.
-pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
-    let Command::Check { scene, area } = &args.command;
+pub fn run(args: &SceneCheckArgs, interrupt: &Interrupt) -> Outcome {
+    let SceneCommand::Check { scene, area } = &args.command;
     let reporter = Reporter::new(Mode::Auto, interrupt);
     let scene = scene::read(scene, &reporter)?;
     let mut text = description(&scene);

@@ -28,7 +28,7 @@ Examples:
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLE, after_long_help = format!("{EXAMPLE}\n\n{}", exit::HELP))]
 #[command(group(clap::ArgGroup::new("when").required(true).args(["time", "sun"])))]
-pub struct Args {
+pub struct ShadowHeightsArgs {
     /// Outlines of buildings: GeoJSON, a Shapefile, a GeoPackage, or a table (.csv) with a column `polygon`
     #[arg(value_name = "BUILDINGS")]
     buildings: PathBuf,
@@ -115,7 +115,7 @@ fn time(text: &str) -> Result<SunSetting, String> {
 }
 
 /// Runs the command.
-pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
+pub fn run(args: &ShadowHeightsArgs, interrupt: &Interrupt) -> Outcome {
     let reporter = Reporter::new(args.progress, interrupt);
     let as_table = check_output(args)?;
     let Some(sun) = args.time.or(args.sun) else {
@@ -165,7 +165,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
 ///
 /// # Errors
 /// An output that is no file of a known kind, is an input, exists already or cannot be written.
-fn check_output(args: &Args) -> hedgehop::Result<bool> {
+fn check_output(args: &ShadowHeightsArgs) -> hedgehop::Result<bool> {
     let output = &args.output;
     let wrong = |what: String| Err(Error::Configuration(what));
     let extension = output.extension().and_then(|extension| extension.to_str()).unwrap_or_default();

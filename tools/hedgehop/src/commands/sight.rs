@@ -25,7 +25,7 @@ Examples:
 /// As a picture from near by would show it, under bridges and crowns, over the Earth's curvature. Where something hides the far point, it says where, and how much higher that would have to be. Points that lie below ground or within something opaque are told.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLE, after_long_help = format!("{EXAMPLE}\n\n{}", exit::HELP))]
-pub struct Args {
+pub struct SightArgs {
     /// Database to ask
     #[arg(value_name = "AREA.hop")]
     file: PathBuf,
@@ -57,7 +57,7 @@ pub struct Args {
 }
 
 /// Runs the command.
-pub fn run(args: &Args) -> Outcome {
+pub fn run(args: &SightArgs) -> Outcome {
     let source = PageFile::open(&args.file)?;
     let places = Places::new(&source, args.xy)?;
     let [from, to] = [args.from, args.to].map(|point| places.point(point, args.msl));

@@ -24,7 +24,7 @@ Examples:
 /// the manifest beside it, and lists frames that are damaged or missing as render --frames takes them.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLE, after_long_help = format!("{EXAMPLE}\n\n{}", exit::HELP))]
-pub struct Args {
+pub struct VerifyArgs {
     /// Database, or folder of frames, to check
     #[arg(value_name = "AREA.hop|FOLDER")]
     file: PathBuf,
@@ -39,7 +39,7 @@ pub struct Args {
 }
 
 /// Runs the command.
-pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
+pub fn run(args: &VerifyArgs, interrupt: &Interrupt) -> Outcome {
     let reporter = Reporter::new(args.progress, interrupt);
     if args.file.is_dir() {
         return frames::run(&args.file, args.json, &reporter);
@@ -50,7 +50,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     if report.is_sound() { Ok(()) } else { Err(Failure::Problems) }
 }
 
-fn lines(args: &Args, report: &VerifyReport) -> String {
+fn lines(args: &VerifyArgs, report: &VerifyReport) -> String {
     let mut text: String = report.problems.iter().map(|problem| format!("problem: {problem}\n")).collect();
     let verdict = match report.problems.len() {
         0 => "sound".to_owned(),
@@ -65,7 +65,7 @@ fn lines(args: &Args, report: &VerifyReport) -> String {
     text
 }
 
-fn json(args: &Args, report: &VerifyReport) -> Value {
+fn json(args: &VerifyArgs, report: &VerifyReport) -> Value {
     json!({
         "file": args.file.display().to_string(),
         "bytes": report.bytes,

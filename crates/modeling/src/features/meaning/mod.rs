@@ -19,7 +19,7 @@ mod tests;
 mod upright;
 mod ways;
 
-use super::kinds::{Class, Meaning, Paint};
+use super::kinds::{FeatureClass, Meaning, Paint};
 use super::layer::{Layer, LayerOptions, LeftOut, Row};
 pub use colours::colour;
 pub(super) use colours::{hash, varied};
@@ -113,47 +113,49 @@ fn hidden(tags: &Tags<'_>) -> Option<&'static str> {
     gone.then_some("it is planned or gone")
 }
 
-fn of_class(tags: &mut Tags<'_>, class: Class) -> Meaning {
+fn of_class(tags: &mut Tags<'_>, class: FeatureClass) -> Meaning {
     let found = match class {
-        Class::Building => {
+        FeatureClass::Building => {
             let kind = tags.kind("building");
             Some(building::building(tags, &kind, false))
         }
-        Class::Road => {
+        FeatureClass::Road => {
             let kind = tags.kind("highway");
             // A layer of roads has nothing but roads, whatever it calls them.
             ways::road(tags, &kind).or_else(|| ways::road(tags, ""))
         }
-        Class::Railway => ways::railway(tags, "rail"),
-        Class::Runway => {
+        FeatureClass::Railway => ways::railway(tags, "rail"),
+        FeatureClass::Runway => {
             let kind = tags.kind("aeroway");
             ways::aeroway(tags, &kind).or_else(|| ways::aeroway(tags, ""))
         }
-        Class::Pavement => Some(Meaning::Pavement(tags.paint([None, None], &["colour"], &["surface"], DECK))),
-        Class::River if tags.has_area() => Some(Meaning::River(0.0)),
-        Class::River => {
+        FeatureClass::Pavement => {
+            Some(Meaning::Pavement(tags.paint([None, None], &["colour"], &["surface"], DECK)))
+        }
+        FeatureClass::River if tags.has_area() => Some(Meaning::River(0.0)),
+        FeatureClass::River => {
             let kind = tags.kind("waterway");
             ways::waterway(tags, &kind).or_else(|| ways::waterway(tags, ""))
         }
-        Class::Lake => Some(Meaning::Lake),
-        Class::Wall => upright::barrier(tags, "wall"),
-        Class::Fence => upright::barrier(tags, "fence"),
-        Class::Hedge => upright::barrier(tags, "hedge"),
-        Class::Mast => {
+        FeatureClass::Lake => Some(Meaning::Lake),
+        FeatureClass::Wall => upright::barrier(tags, "wall"),
+        FeatureClass::Fence => upright::barrier(tags, "fence"),
+        FeatureClass::Hedge => upright::barrier(tags, "hedge"),
+        FeatureClass::Mast => {
             let kind = tags.kind("man_made");
             upright::man_made(tags, &kind).or_else(|| upright::man_made(tags, "mast"))
         }
-        Class::Tank => upright::man_made(tags, "tank"),
-        Class::Silo => upright::man_made(tags, "silo"),
-        Class::PowerLine => upright::power(tags, "line"),
-        Class::Pylon => upright::power(tags, "tower"),
-        Class::Tree => Some(plants::trees(tags)),
-        Class::Wood => {
+        FeatureClass::Tank => upright::man_made(tags, "tank"),
+        FeatureClass::Silo => upright::man_made(tags, "silo"),
+        FeatureClass::PowerLine => upright::power(tags, "line"),
+        FeatureClass::Pylon => upright::power(tags, "tower"),
+        FeatureClass::Tree => Some(plants::trees(tags)),
+        FeatureClass::Wood => {
             let kind = tags.kind("natural");
             plants::wood(tags, &kind).or_else(|| plants::wood(tags, ""))
         }
-        Class::Bridge => Some(Meaning::Bridge(DECK)),
-        Class::Ground => {
+        FeatureClass::Bridge => Some(Meaning::Bridge(DECK)),
+        FeatureClass::Ground => {
             let kind = tags.kind("natural");
             ground::ground(tags, &kind).or_else(|| ground::ground(tags, "earth"))
         }

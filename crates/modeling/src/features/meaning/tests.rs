@@ -1,7 +1,7 @@
 use glam::dvec2;
 use proptest::prelude::*;
 
-use super::super::kinds::{Building, Cap, Class, Leaf, Meaning, Rise, RoofShape, Top, WayKind};
+use super::super::kinds::{Building, Cap, FeatureClass, Leaf, Meaning, Rise, RoofShape, Top, WayKind};
 use super::super::layer::{Area, Attributes, Columns, Geometry, Layer, LayerOptions, Path, Row, Value};
 use super::{Interpreted, interpret, interpret_all};
 use hedgehop::voxel::Material;
@@ -276,18 +276,18 @@ fn other_files_name_their_columns() {
         class: Some("ART".into()),
         ..Columns::default()
     };
-    let options = LayerOptions { kind: Some(Class::Building), columns, ..LayerOptions::default() };
+    let options = LayerOptions { kind: Some(FeatureClass::Building), columns, ..LayerOptions::default() };
     let found = interpret(&row("hoehe=7.5 DACH=Gabled ART=barn height=99", true), &options);
     let Meaning::Building(building) = found.meaning else { panic!() };
     assert_eq!((building.top, building.roof.shape), (Top::Ridge(7.5), RoofShape::Gabled));
     assert_eq!(building.walls.material, Material::Wood);
-    let roads = LayerOptions { kind: Some(Class::Road), ..LayerOptions::default() };
+    let roads = LayerOptions { kind: Some(FeatureClass::Road), ..LayerOptions::default() };
     let Meaning::Way(way) = interpret(&row("fclass=motorway", false), &roads).meaning else { panic!() };
     assert_eq!(way.width_m, 11.5);
     for name in ["building", "power-line"] {
-        assert!(Class::of(name).is_ok());
+        assert!(FeatureClass::of(name).is_ok());
     }
-    assert!(Class::of("house").unwrap_err().contains("building, road"));
+    assert!(FeatureClass::of("house").unwrap_err().contains("building, road"));
 }
 
 proptest! {

@@ -16,7 +16,7 @@ use serde::de::{Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde_json::Value as Json;
 
 use super::super::layer::{Area, Attributes, Geometry, Path, Row, Value};
-use super::{Found, hstore, rings};
+use super::{FoundRows, hstore, rings};
 use hedgehop_base::document::unmarked;
 use hedgehop_base::error::{Error, Result};
 use hedgehop_geo::Crs;
@@ -165,11 +165,11 @@ impl Object {
 }
 
 /// All rows of a text.
-pub(super) fn read(path: &std::path::Path, mut text: Vec<u8>) -> Result<Found> {
+pub(super) fn read(path: &std::path::Path, mut text: Vec<u8>) -> Result<FoundRows> {
     // The separator of RFC 8142 stands nowhere else: strings must escape it.
     text.iter_mut().filter(|byte| **byte == 0x1e).for_each(|byte| *byte = b' ');
     let text = unmarked(path, &text)?;
-    let mut found = Found::default();
+    let mut found = FoundRows::default();
     let (mut count, mut stated) = (0, None);
 
     for object in serde_json::Deserializer::from_slice(text).into_iter::<Object>() {
@@ -219,7 +219,7 @@ fn system(path: &std::path::Path, stated: Option<&Json>, notes: &mut Vec<String>
     Crs::from_user(name).map(Some).map_err(|error| Error::invalid(path, format!("\"crs\": {error}")))
 }
 
-fn add(object: Object, count: &mut usize, found: &mut Found) {
+fn add(object: Object, count: &mut usize, found: &mut FoundRows) {
     *count += 1;
     let place = format!("feature {count}");
     let (geometry, properties) = match object.kind() {

@@ -10,23 +10,23 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::super::layer::{Attributes, Geometry, Row, Value};
-use super::sqlite::{Cell, Database, Table};
-use super::{Found, hstore, wkb};
+use super::sqlite::{Database, SqlCell, SqlTable};
+use super::{FoundRows, hstore, wkb};
 use hedgehop_base::error::{Error, Result};
 use hedgehop_geo::Crs;
 
 /// A table of features.
 struct Features {
-    table: Table,
+    table: SqlTable,
     column: usize,
     system: i64,
 }
 
 /// All rows of the tables of features, or of the one with a name.
-pub(super) fn read(path: &Path, name: Option<&str>) -> Result<Found> {
+pub(super) fn read(path: &Path, name: Option<&str>) -> Result<FoundRows> {
     let mut database = Database::open(path)?;
     let tables = database.tables()?;
-    let mut found = Found::default();
+    let mut found = FoundRows::default();
     let chosen = features(path, &mut database, &tables, name, &mut found.notes)?;
     let Some(first) = chosen.first() else {
         found.notes.push("has no table of features".to_owned());
@@ -71,7 +71,7 @@ pub(super) fn read(path: &Path, name: Option<&str>) -> Result<Found> {
 fn features(
     path: &Path,
     database: &mut Database,
-    tables: &[Table],
+    tables: &[SqlTable],
     name: Option<&str>,
     notes: &mut Vec<String>,
 ) -> Result<Vec<Features>> {
@@ -88,7 +88,7 @@ fn features(
         let of = |column: &str| {
             columns.columns.iter().position(|name| name == column).and_then(|at| values.get(at))
         };
-        let text = |column: &str| of(column).and_then(Cell::text);
+        let text = |column: &str| of(column).and_then(SqlCell::text);
         let (Some(owner), Some(column)) = (text("table_name"), text("column_name")) else { return Ok(()) };
         names.push(owner.to_owned());
         if name.is_some_and(|name| name != owner) {
@@ -100,7 +100,7 @@ fn features(
             table.and_then(|table| table.columns.iter().position(|name| name.eq_ignore_ascii_case(column)));
         match table.cloned().zip(at) {
             Some((table, column)) => {
-                let system = of("srs_id").and_then(Cell::integer).unwrap_or(-1);
+                let system = of("srs_id").and_then(SqlCell::integer).unwrap_or(-1);
                 found.push(Features { table, column, system });
             }
             None => notes.push(format!(
@@ -121,7 +121,7 @@ fn features(
 }
 
 /// Finds the system of a number of the file's own; `None` for the two that say that the system is not known.
-fn system(path: &Path, database: &mut Database, tables: &[Table], wanted: i64) -> Result<Option<Crs>> {
+fn system(path: &Path, database: &mut Database, tables: &[SqlTable], wanted: i64) -> Result<Option<Crs>> {
     if wanted <= 0 {
         return Ok(None);
     }
@@ -132,9 +132,9 @@ fn system(path: &Path, database: &mut Database, tables: &[Table], wanted: i64) -
             let of = |column: &str| {
                 table.columns.iter().position(|name| name == column).and_then(|at| values.get(at))
             };
-            let text = |column: &str| of(column).and_then(Cell::text).unwrap_or_default().to_owned();
-            if of("srs_id").and_then(Cell::integer) == Some(wanted) {
-                let code = of("organization_coordsys_id").and_then(Cell::integer);
+            let text = |column: &str| of(column).and_then(SqlCell::text).unwrap_or_default().to_owned();
+            if of("srs_id").and_then(SqlCell::integer) == Some(wanted) {
+                let code = of("organization_coordsys_id").and_then(SqlCell::integer);
                 found = Some((text("organization"), code, text("definition"), text("definition_12_063")));
             }
             Ok(())
@@ -161,10 +161,10 @@ fn system(path: &Path, database: &mut Database, tables: &[Table], wanted: i64) -
 }
 
 /// The geometry of a value, empty if it has none.
-fn geometry(value: &Cell) -> Result<Geometry, String> {
+fn geometry(value: &SqlCell) -> Result<Geometry, String> {
     let bytes = match value {
-        Cell::Blob(bytes) => bytes,
-        Cell::Null => return Ok(Geometry::default()),
+        SqlCell::Blob(bytes) => bytes,
+        SqlCell::Null => return Ok(Geometry::default()),
         _ => return Err("its geometry is none of a GeoPackage".to_owned()),
     };
     let [b'G', b'P', _, flags, _, _, _, _, rest @ ..] = bytes.as_slice() else {
@@ -193,16 +193,16 @@ fn geometry(value: &Cell) -> Result<Geometry, String> {
     wkb::geometry(rest.get(envelope..).ok_or("its geometry is cut off")?)
 }
 
-fn attributes(names: &[Arc<str>], values: Vec<Cell>) -> Attributes {
+fn attributes(names: &[Arc<str>], values: Vec<SqlCell>) -> Attributes {
     let mut attributes = Attributes::default();
     let mut others = None;
     for (name, value) in names.iter().zip(values) {
         match value {
-            Cell::Integer(number) => attributes.push(name.clone(), Value::Number(number as f64)),
-            Cell::Real(number) => attributes.push(name.clone(), Value::Number(number)),
-            Cell::Text(text) if &**name == "other_tags" => others = Some(text),
-            Cell::Text(text) => attributes.push(name.clone(), Value::Text(text)),
-            Cell::Null | Cell::Blob(_) => {}
+            SqlCell::Integer(number) => attributes.push(name.clone(), Value::Number(number as f64)),
+            SqlCell::Real(number) => attributes.push(name.clone(), Value::Number(number)),
+            SqlCell::Text(text) if &**name == "other_tags" => others = Some(text),
+            SqlCell::Text(text) => attributes.push(name.clone(), Value::Text(text)),
+            SqlCell::Null | SqlCell::Blob(_) => {}
         }
     }
     // What has a column of its own counts before what has none.

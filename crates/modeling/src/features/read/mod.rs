@@ -23,7 +23,7 @@ mod table;
 mod tests;
 mod wkb;
 
-pub(in super::super) use outlines::Table as OutlineTable;
+pub(in super::super) use outlines::OutlineTable;
 
 use std::fs::{self, File};
 use std::io::Read;
@@ -40,7 +40,7 @@ const MOST_BYTES: u64 = 2 << 30;
 
 /// Findings of every reader.
 #[derive(Debug, Default)]
-struct Found {
+struct FoundRows {
     rows: Vec<Row>,
     left_out: LeftOut,
     /// Notes, as what follows the file's name.
@@ -58,10 +58,10 @@ struct Found {
 /// that cannot be of its system.
 pub fn read(path: &Path, options: &LayerOptions) -> Result<Layer> {
     let found = match kind_of(path)? {
-        Kind::GeoPackage => geopackage::read(path, options.table.as_deref())?,
-        Kind::Shapefile => shapefile::read(path, &whole(path)?)?,
-        Kind::GeoJson => geojson::read(path, whole(path)?)?,
-        Kind::Outlines => outlines::read(path, &whole(path)?)?,
+        FileKind::GeoPackage => geopackage::read(path, options.table.as_deref())?,
+        FileKind::Shapefile => shapefile::read(path, &whole(path)?)?,
+        FileKind::GeoJson => geojson::read(path, whole(path)?)?,
+        FileKind::Outlines => outlines::read(path, &whole(path)?)?,
     };
     if let Some((count, reason)) = found.left_out.most().filter(|_| found.rows.is_empty()) {
         let (all, are) = if count == 1 {
@@ -103,28 +103,28 @@ pub fn read(path: &Path, options: &LayerOptions) -> Result<Layer> {
     Ok(Layer { path: path.to_owned(), crs, rows: found.rows, notes })
 }
 
-enum Kind {
+enum FileKind {
     GeoPackage,
     Shapefile,
     GeoJson,
     Outlines,
 }
 
-fn kind_of(path: &Path) -> Result<Kind> {
+fn kind_of(path: &Path) -> Result<FileKind> {
     let mut head = Vec::new();
     let file = File::open(path).map_err(|error| Error::io(path, "read", error))?;
     file.take(256).read_to_end(&mut head).map_err(|error| Error::io(path, "read", error))?;
     if head.starts_with(sqlite::MAGIC) {
-        return Ok(Kind::GeoPackage);
+        return Ok(FileKind::GeoPackage);
     }
     if head.starts_with(&shapefile::MAGIC) {
-        return Ok(Kind::Shapefile);
+        return Ok(FileKind::Shapefile);
     }
 
     let text = unmarked(path, &head)?;
     let first = text.iter().find(|byte| !byte.is_ascii_whitespace() && **byte != 0x1e);
     if first == Some(&b'{') {
-        return Ok(Kind::GeoJson);
+        return Ok(FileKind::GeoJson);
     }
 
     let extension =
@@ -133,7 +133,7 @@ fn kind_of(path: &Path) -> Result<Kind> {
         return Err(Error::unsupported(path, "is a part of a Shapefile", "name the .shp file beside it"));
     }
     if extension == "csv" && first.is_some() {
-        return Ok(Kind::Outlines);
+        return Ok(FileKind::Outlines);
     }
 
     let convert = "convert it: ogr2ogr -f GPKG FEATURES.gpkg FILE";

@@ -13,7 +13,7 @@ use csv::{ReaderBuilder, StringRecord, Trim};
 use glam::{DVec2, dvec2};
 
 use super::super::layer::{Attributes, Geometry, Path, Row, Value};
-use super::{Found, plain, rings};
+use super::{FoundRows, plain, rings};
 use hedgehop_base::document::unmarked;
 use hedgehop_base::error::{Error, Result};
 use hedgehop_geo::Crs;
@@ -22,9 +22,9 @@ use hedgehop_geo::Crs;
 const OUTLINES: [&str; 4] = ["polygon", "wkt", "geometry", "geom"];
 
 /// All rows of a table.
-pub(super) fn read(path: &FilePath, bytes: &[u8]) -> Result<Found> {
-    let table = Table::open(path, bytes)?;
-    let mut found = Found { otherwise: Some(Crs::wgs84()), ..Found::default() };
+pub(super) fn read(path: &FilePath, bytes: &[u8]) -> Result<FoundRows> {
+    let table = OutlineTable::open(path, bytes)?;
+    let mut found = FoundRows { otherwise: Some(Crs::wgs84()), ..FoundRows::default() };
     let names: Vec<Arc<str>> = table.header.iter().map(Arc::from).collect();
     for (place, record) in &table.records {
         let outline = record.get(table.outline).unwrap_or_default();
@@ -55,7 +55,7 @@ pub(super) fn read(path: &FilePath, bytes: &[u8]) -> Result<Found> {
 
 /// A table as it stands.
 #[derive(Debug)]
-pub(in super::super::super) struct Table {
+pub(in super::super::super) struct OutlineTable {
     pub header: StringRecord,
     /// The column of outlines.
     outline: usize,
@@ -64,7 +64,7 @@ pub(in super::super::super) struct Table {
     pub delimiter: u8,
 }
 
-impl Table {
+impl OutlineTable {
     /// The table of a file's bytes.
     ///
     /// # Errors
@@ -148,7 +148,7 @@ fn corners(text: &str, separator: char) -> Option<Vec<DVec2>> {
 mod tests {
     use super::*;
 
-    fn read_text(text: &str) -> Result<Found> {
+    fn read_text(text: &str) -> Result<FoundRows> {
         read(FilePath::new("a.csv"), text.as_bytes())
     }
 

@@ -18,7 +18,7 @@ use glam::dvec2;
 use super::super::layer::{Attributes, Geometry, Path, Row};
 use super::bytes::{Bytes, Order};
 use super::table::Table;
-use super::{Found, rings, whole};
+use super::{FoundRows, rings, whole};
 use hedgehop_base::error::{Error, Result};
 use hedgehop_geo::Crs;
 
@@ -28,7 +28,7 @@ const VERSION: u32 = 1000;
 const HEADER: usize = 100;
 
 /// All rows of the file with these bytes.
-pub(super) fn read(path: &FilePath, bytes: &[u8]) -> Result<Found> {
+pub(super) fn read(path: &FilePath, bytes: &[u8]) -> Result<FoundRows> {
     let mut rest = Bytes::of(bytes);
     let version = rest.take(HEADER).and_then(|header| Bytes::of(&header[28..]).u32(Order::Little));
     match version {
@@ -44,7 +44,7 @@ pub(super) fn read(path: &FilePath, bytes: &[u8]) -> Result<Found> {
         }
     }
 
-    let mut found = Found { crs: system(path)?, ..Found::default() };
+    let mut found = FoundRows { crs: system(path)?, ..FoundRows::default() };
     let table = match sibling(path, "dbf") {
         Some(file) => Some(Table::open(&file, sibling(path, "cpg").as_deref(), whole(&file)?)?),
         None => {

@@ -2,14 +2,14 @@
 
 /// Token of SQL.
 #[derive(Debug, Clone, PartialEq)]
-enum Token {
+enum SqlToken {
     Word(String),
     /// A name or text in quotation marks.
     Quoted(String),
     Sign(char),
 }
 
-impl Token {
+impl SqlToken {
     fn is(&self, word: &str) -> bool {
         matches!(self, Self::Word(own) if own.eq_ignore_ascii_case(word))
     }
@@ -19,7 +19,7 @@ impl Token {
 /// without row ids, computed columns).
 pub(super) fn columns(sql: &str) -> Option<(Vec<String>, Option<usize>)> {
     let tokens = tokens(sql);
-    let open = tokens.iter().position(|token| *token == Token::Sign('('))?;
+    let open = tokens.iter().position(|token| *token == SqlToken::Sign('('))?;
     if !tokens[..open].iter().any(|token| token.is("table"))
         || tokens[..open].iter().any(|token| token.is("virtual"))
     {
@@ -30,13 +30,13 @@ pub(super) fn columns(sql: &str) -> Option<(Vec<String>, Option<usize>)> {
     let mut rest = tokens[open + 1..].iter();
     for token in rest.by_ref() {
         match token {
-            Token::Sign('(') => depth += 1,
-            Token::Sign(')') => depth -= 1,
+            SqlToken::Sign('(') => depth += 1,
+            SqlToken::Sign(')') => depth -= 1,
             _ => {}
         }
         match (token, depth) {
             (_, 0) => break,
-            (Token::Sign(','), 1) => definitions.push(Vec::new()),
+            (SqlToken::Sign(','), 1) => definitions.push(Vec::new()),
             _ => definitions.last_mut()?.push(token.clone()),
         }
     }
@@ -50,7 +50,7 @@ pub(super) fn columns(sql: &str) -> Option<(Vec<String>, Option<usize>)> {
     for definition in definitions {
         let has = |word: &str| definition.iter().any(|token| token.is(word));
         match definition.first()? {
-            Token::Word(word)
+            SqlToken::Word(word)
                 if ["constraint", "primary", "unique", "check", "foreign"]
                     .iter()
                     .any(|constraint| word.eq_ignore_ascii_case(constraint)) =>
@@ -59,7 +59,7 @@ pub(super) fn columns(sql: &str) -> Option<(Vec<String>, Option<usize>)> {
                     key = key_of(&definition);
                 }
             }
-            Token::Word(name) | Token::Quoted(name) => {
+            SqlToken::Word(name) | SqlToken::Quoted(name) => {
                 if has("as") || has("generated") {
                     return None;
                 }
@@ -69,7 +69,7 @@ pub(super) fn columns(sql: &str) -> Option<(Vec<String>, Option<usize>)> {
                 }
                 names.push((name.clone(), is_integer));
             }
-            Token::Sign(_) => return None,
+            SqlToken::Sign(_) => return None,
         }
     }
 
@@ -82,17 +82,19 @@ pub(super) fn columns(sql: &str) -> Option<(Vec<String>, Option<usize>)> {
 }
 
 /// The one column of `PRIMARY KEY (…)`.
-fn key_of(definition: &[Token]) -> Option<String> {
-    let open = definition.iter().position(|token| *token == Token::Sign('('))?;
+fn key_of(definition: &[SqlToken]) -> Option<String> {
+    let open = definition.iter().position(|token| *token == SqlToken::Sign('('))?;
     match &definition[open + 1..] {
-        [Token::Word(name) | Token::Quoted(name), rest @ ..] if !rest.contains(&Token::Sign(',')) => {
+        [SqlToken::Word(name) | SqlToken::Quoted(name), rest @ ..]
+            if !rest.contains(&SqlToken::Sign(',')) =>
+        {
             Some(name.clone())
         }
         _ => None,
     }
 }
 
-fn tokens(sql: &str) -> Vec<Token> {
+fn tokens(sql: &str) -> Vec<SqlToken> {
     let mut tokens = Vec::new();
     let mut rest = sql.chars().peekable();
     while let Some(character) = rest.next() {
@@ -110,7 +112,7 @@ fn tokens(sql: &str) -> Vec<Token> {
                     text.push(next);
                 }
 
-                tokens.push(Token::Quoted(text));
+                tokens.push(SqlToken::Quoted(text));
             }
             '-' if rest.next_if_eq(&'-').is_some() => while rest.next_if(|next| *next != '\n').is_some() {},
             '/' if rest.next_if_eq(&'*').is_some() => {
@@ -129,10 +131,10 @@ fn tokens(sql: &str) -> Vec<Token> {
                 {
                     word.push(next);
                 }
-                tokens.push(Token::Word(word));
+                tokens.push(SqlToken::Word(word));
             }
             space if space.is_whitespace() => {}
-            sign => tokens.push(Token::Sign(sign)),
+            sign => tokens.push(SqlToken::Sign(sign)),
         }
     }
 

@@ -26,7 +26,7 @@ const MOST_COLUMNS: usize = 32_767;
 
 /// A value of a row.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Cell {
+pub(super) enum SqlCell {
     Null,
     Integer(i64),
     Real(f64),
@@ -34,7 +34,7 @@ pub(super) enum Cell {
     Blob(Vec<u8>),
 }
 
-impl Cell {
+impl SqlCell {
     pub fn text(&self) -> Option<&str> {
         match self {
             Self::Text(text) => Some(text),
@@ -70,7 +70,7 @@ pub(super) struct Database {
 
 /// A table: where it begins, and its columns.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Table {
+pub(super) struct SqlTable {
     pub name: String,
     root: u32,
     pub columns: Vec<String>,
@@ -145,16 +145,16 @@ impl Database {
     }
 
     /// All tables that can be read.
-    pub fn tables(&mut self) -> Result<Vec<Table>> {
-        let schema = Table { name: "sqlite_schema".to_owned(), root: 1, columns: Vec::new(), id: None };
+    pub fn tables(&mut self) -> Result<Vec<SqlTable>> {
+        let schema = SqlTable { name: "sqlite_schema".to_owned(), root: 1, columns: Vec::new(), id: None };
         let mut tables = Vec::new();
         self.rows(&schema, |_, row| {
-            let text = |index: usize| row.get(index).and_then(Cell::text);
-            let root = row.get(3).and_then(Cell::integer).and_then(|root| u32::try_from(root).ok());
+            let text = |index: usize| row.get(index).and_then(SqlCell::text);
+            let root = row.get(3).and_then(SqlCell::integer).and_then(|root| u32::try_from(root).ok());
             if let (Some("table"), Some(name), Some(root), Some(sql)) = (text(0), text(1), root, text(4))
                 && let Some((columns, id)) = super::sql::columns(sql)
             {
-                tables.push(Table { name: name.to_owned(), root, columns, id });
+                tables.push(SqlTable { name: name.to_owned(), root, columns, id });
             }
             Ok(())
         })?;
@@ -162,7 +162,11 @@ impl Database {
     }
 
     /// Hands over each row of a table in the order of their ids: id and values, one for each column.
-    pub fn rows(&mut self, table: &Table, mut each: impl FnMut(i64, Vec<Cell>) -> Result<()>) -> Result<()> {
+    pub fn rows(
+        &mut self,
+        table: &SqlTable,
+        mut each: impl FnMut(i64, Vec<SqlCell>) -> Result<()>,
+    ) -> Result<()> {
         let mut seen = HashSet::new();
         let mut budget = self.length;
 
@@ -241,7 +245,7 @@ impl Database {
     }
 
     /// The values of a record, one for each column of the table (all that there are where its columns are not known).
-    fn values(&self, record: &[u8], table: &Table, id: i64) -> Option<Vec<Cell>> {
+    fn values(&self, record: &[u8], table: &SqlTable, id: i64) -> Option<Vec<SqlCell>> {
         let (header_length, rest) = varint(record)?;
         let header = record.get(..usize::try_from(header_length).ok()?)?;
         let mut types = header.get(record.len() - rest.len()..)?;
@@ -254,28 +258,32 @@ impl Database {
         }
         if !table.columns.is_empty() {
             // Rows from before a column was added are shorter.
-            values.resize(table.columns.len(), Cell::Null);
+            values.resize(table.columns.len(), SqlCell::Null);
         }
         if let Some(value) = table.id.and_then(|column| values.get_mut(column)) {
-            *value = Cell::Integer(id);
+            *value = SqlCell::Integer(id);
         }
         Some(values)
     }
 
-    fn value(&self, kind: u64, body: &mut Bytes<'_>) -> Option<Cell> {
+    fn value(&self, kind: u64, body: &mut Bytes<'_>) -> Option<SqlCell> {
         Some(match kind {
-            0 => Cell::Null,
+            0 => SqlCell::Null,
             1..=6 => {
                 let bytes = body.take([1, 2, 3, 4, 6, 8][kind as usize - 1])?;
                 let sign = if bytes[0] & 0x80 != 0 { -1 } else { 0 };
-                Cell::Integer(bytes.iter().fold(sign, |number: i64, byte| number << 8 | i64::from(*byte)))
+                SqlCell::Integer(bytes.iter().fold(sign, |number: i64, byte| number << 8 | i64::from(*byte)))
             }
-            7 => Cell::Real(body.f64(Order::Big)?),
-            8 | 9 => Cell::Integer(kind as i64 - 8),
+            7 => SqlCell::Real(body.f64(Order::Big)?),
+            8 | 9 => SqlCell::Integer(kind as i64 - 8),
             10 | 11 => return None,
             _ => {
                 let bytes = body.take(usize::try_from((kind - 12) / 2).ok()?)?;
-                if kind.is_multiple_of(2) { Cell::Blob(bytes.to_vec()) } else { Cell::Text(self.text(bytes)) }
+                if kind.is_multiple_of(2) {
+                    SqlCell::Blob(bytes.to_vec())
+                } else {
+                    SqlCell::Text(self.text(bytes))
+                }
             }
         })
     }

@@ -30,7 +30,7 @@ enum Letters {
 }
 
 #[derive(Debug)]
-struct Field {
+struct TableField {
     name: Arc<str>,
     kind: u8,
     offset: usize,
@@ -41,7 +41,7 @@ struct Field {
 #[derive(Debug)]
 pub(super) struct Table {
     bytes: Vec<u8>,
-    fields: Vec<Field>,
+    fields: Vec<TableField>,
     rows: usize,
     first: usize,
     stride: usize,
@@ -74,7 +74,7 @@ impl Table {
             let length = usize::from(record[16]) + long;
             let name = record[..11].split(|byte| *byte == 0).next().unwrap_or_default();
             let name = decode(name.trim_ascii(), letters);
-            fields.push(Field { name: Arc::from(name), kind, offset, length });
+            fields.push(TableField { name: Arc::from(name), kind, offset, length });
             offset += length;
         }
 
@@ -132,7 +132,7 @@ impl Table {
     }
 }
 
-impl Field {
+impl TableField {
     fn value(&self, bytes: &[u8], letters: Letters) -> Option<Value> {
         let text = bytes.split(|byte| *byte == 0).next().unwrap_or_default().trim_ascii();
         match self.kind {

@@ -5,15 +5,15 @@ use glam::DVec2;
 use super::super::kinds::{Building, Top};
 use super::super::layer::Area;
 use super::footprint::Footprint;
-use super::patch::{HalfPlane, Patch};
-use super::roof::{self, Plane};
+use super::patch::{ConvexPatch, HalfPlane};
+use super::roof::{self, RoofPlane};
 use super::solid::{Ground, Solid, Square, Wall, stored_facing};
 
 /// A building where it stands.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BoundBuilding {
     pub(super) footprint: Footprint,
-    roof: roof::Bound,
+    roof: roof::RoofBound,
     /// Height of the lower end, metres; `None`: it stands on the ground.
     low_m: Option<f64>,
     /// Height of the eaves, metres.
@@ -63,7 +63,7 @@ impl BoundBuilding {
             Top::Ridge(height) => height - building.min_height_m,
             Top::Eaves(_) => f64::INFINITY,
         };
-        let roof = roof::Bound::over(&footprint, &building.roof, total);
+        let roof = roof::RoofBound::over(&footprint, &building.roof, total);
         let eaves_m = base
             + match building.top {
                 Top::Ridge(height) => height - roof.height_m,
@@ -106,7 +106,7 @@ impl BoundBuilding {
 
     fn parts(&self, centre: DVec2, spacing: f64, wall: Wall) -> Vec<Solid> {
         let walls: Vec<HalfPlane> = wall.planes().map(HalfPlane::from).collect();
-        let floor = Patch::voxel(spacing).within_all(walls.iter().enumerate());
+        let floor = ConvexPatch::voxel(spacing).within_all(walls.iter().enumerate());
         if floor.area() <= 0.0 {
             return Vec::new();
         }
@@ -118,12 +118,12 @@ impl BoundBuilding {
         };
 
         // Of each, the plane that counts at the centre.
-        let at_centre = |planes: &Vec<Plane>| {
+        let at_centre = |planes: &Vec<RoofPlane>| {
             planes.iter().copied().max_by(|a, b| a.height(centre).total_cmp(&b.height(centre)))
         };
-        let ends: Vec<Option<Plane>> = roof.iter().map(at_centre).collect();
+        let ends: Vec<Option<RoofPlane>> = roof.iter().map(at_centre).collect();
 
-        let part = |number: usize, plane: &Plane| {
+        let part = |number: usize, plane: &RoofPlane| {
             let others = ends.iter().enumerate().filter(|(other, _)| *other != number);
             let hips = others.filter_map(|(_, other)| plane.below(other.as_ref()?, centre));
 
@@ -131,7 +131,7 @@ impl BoundBuilding {
             let valleys = roof[number].iter().filter_map(|other| other.below(plane, centre));
             let joints = hips.chain(valleys);
             let halves: Vec<HalfPlane> = walls.iter().copied().chain(joints).collect();
-            let part = Patch::voxel(spacing).within_all(halves.iter().enumerate());
+            let part = ConvexPatch::voxel(spacing).within_all(halves.iter().enumerate());
             if part.area() < NOTHING * spacing * spacing {
                 return None;
             }
@@ -198,7 +198,14 @@ impl BoundBuilding {
     }
 
     /// A part of it; where no wall is near, all that may stand out beside it is roof.
-    fn with_top(&self, centre: DVec2, plane: Plane, wall: Wall, joined: [bool; 2], is_inside: bool) -> Solid {
+    fn with_top(
+        &self,
+        centre: DVec2,
+        plane: RoofPlane,
+        wall: Wall,
+        joined: [bool; 2],
+        is_inside: bool,
+    ) -> Solid {
         let Building { walls, cover, .. } = self.building;
         let side = if is_inside && self.low_m.is_none() { cover.colour } else { walls.colour };
         Solid {
@@ -223,7 +230,8 @@ fn least_harm(
         after(at + 1).flat_map(move |(at, other)| after(at + 1).map(move |(_, third)| [*one, *other, *third]))
     });
     let harm = |three: &[usize; 3]| {
-        let part = Patch::voxel(spacing).within_all(three.iter().map(|number| (*number, &halves[*number])));
+        let part =
+            ConvexPatch::voxel(spacing).within_all(three.iter().map(|number| (*number, &halves[*number])));
         let beyond = |place: DVec2| {
             let walls = bounds.iter().map(|number| halves[*number].beyond(place));
             walls.fold(0.0, f64::max)

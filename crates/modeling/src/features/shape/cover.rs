@@ -45,7 +45,7 @@ impl BoundCover {
             (None, WATER) => Rank::River,
             _ => Rank::Cover,
         };
-        let grade = |cover: super::footprint::Cover| Graded {
+        let grade = |cover: super::footprint::VoxelCover| Graded {
             height_m: self.level_m.filter(|_| cover.share >= 0.5),
             paint: Some((self.paint, cover.share)),
             ..Graded::any(square.index(cover.column, cover.row), rank)

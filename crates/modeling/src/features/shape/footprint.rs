@@ -18,7 +18,7 @@ use glam::{DVec2, dvec2};
 
 use super::super::layer::{Area, bounds};
 use super::super::read::rings::{doubled_area, is_inside};
-use super::patch::{HalfPlane, Patch};
+use super::patch::{ConvexPatch, HalfPlane};
 use super::solid::{Square, Wall};
 use hedgehop::voxel::Cut;
 
@@ -32,7 +32,7 @@ pub(crate) struct Footprint {
 
 /// Part of a voxel that a polygon covers.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Cover {
+pub(crate) struct VoxelCover {
     pub column: usize,
     pub row: usize,
     /// Share of the voxel, above 0…1.
@@ -98,24 +98,24 @@ impl Footprint {
     }
 
     /// Finds what it covers of each voxel that it touches.
-    pub fn cover(&self, square: &Square) -> Vec<Cover> {
+    pub fn cover(&self, square: &Square) -> Vec<VoxelCover> {
         self.cover_within(square, 0.0)
     }
 
     /// The same, with the walls of voxels, too, that one passes so near by that it seems to be theirs: voxels beside them show their corners by as
     /// much as walls are rounded. Where a corner points inward a voxel comes twice, with each of its walls.
-    pub fn cover_with_walls(&self, square: &Square) -> Vec<Cover> {
+    pub fn cover_with_walls(&self, square: &Square) -> Vec<VoxelCover> {
         self.cover_within(square, Cut::BESIDE)
     }
 
-    fn cover_within(&self, square: &Square, margin: f64) -> Vec<Cover> {
+    fn cover_within(&self, square: &Square, margin: f64) -> Vec<VoxelCover> {
         let (columns, rows) = square.touched(self.bounds);
         // In voxels from the square's corner, so that clipping is against whole numbers.
         let local = |place: &DVec2| square.local(*place);
         let rings: Vec<Vec<DVec2>> =
             self.rings.iter().map(|ring| ring.iter().map(local).collect::<Vec<_>>()).collect();
         let mut covers = Vec::new();
-        let part = Part { columns, rows, margin, spacing: square.spacing };
+        let part = FootprintPart { columns, rows, margin, spacing: square.spacing };
         part.cover(&rings, &mut covers);
         // Parts of a large one are done one by one.
         covers.sort_by_key(|cover| (cover.row, cover.column));
@@ -127,7 +127,7 @@ impl Footprint {
 const MOST_CORNERS: usize = 512;
 
 /// Some of the voxels that a polygon touches.
-struct Part {
+struct FootprintPart {
     columns: Range<usize>,
     rows: Range<usize>,
     /// Distance beside a voxel at which walls count, voxels.
@@ -136,9 +136,9 @@ struct Part {
     spacing: f64,
 }
 
-impl Part {
+impl FootprintPart {
     /// Finds what rings, in voxels, cover of each voxel, row by row.
-    fn cover(&self, rings: &[Vec<DVec2>], covers: &mut Vec<Cover>) {
+    fn cover(&self, rings: &[Vec<DVec2>], covers: &mut Vec<VoxelCover>) {
         let Self { columns, rows, margin, spacing } = self;
         let (margin, spacing) = (*margin, *spacing);
         let low = dvec2(columns.start as f64, rows.start as f64);
@@ -166,7 +166,7 @@ impl Part {
                 if !crossing.iter().any(|(from, to)| *from < left + 1.0 && *to > left) {
                     if windings(&band, centre) > 0 {
                         let wall = beside.wall(centre, spacing).unwrap_or(Wall::Whole);
-                        covers.push(Cover { column, row, share: 1.0, wall });
+                        covers.push(VoxelCover { column, row, share: 1.0, wall });
                     }
                     continue;
                 }
@@ -183,8 +183,8 @@ impl Part {
 
                 match covered.inward_corner(share, spacing).filter(|_| margin > 0.0) {
                     // What two walls bound one by one.
-                    Some(walls) => covers.extend(walls.map(|wall| Cover { column, row, share, wall })),
-                    None => covers.push(Cover { column, row, share, wall }),
+                    Some(walls) => covers.extend(walls.map(|wall| VoxelCover { column, row, share, wall })),
+                    None => covers.push(VoxelCover { column, row, share, wall }),
                 }
             }
         }
@@ -395,11 +395,11 @@ impl Covered<'_> {
     fn inward_corner(&self, share: f64, spacing: f64) -> Option<[Wall; 2]> {
         let [(_, one, near), (_, other, far)] = self.edges()[..] else { return None };
         let beyond = [(-one, -near), (-other, -far)].map(|(normal, distance)| HalfPlane { normal, distance });
-        let left_out = Patch::voxel(1.0).within_all(beyond.iter().enumerate()).area();
+        let left_out = ConvexPatch::voxel(1.0).within_all(beyond.iter().enumerate()).area();
         let walls =
             [(one, near), (other, far)].map(|(normal, distance)| Wall::plane(normal, distance * spacing));
         let within = beyond.map(|half| HalfPlane { normal: -half.normal, distance: -half.distance });
-        let common = Patch::voxel(1.0).within_all(within.iter().enumerate()).area();
+        let common = ConvexPatch::voxel(1.0).within_all(within.iter().enumerate()).area();
         // Walls that are nearly one leave the same, whichever way the corner points.
         let is_inward = (1.0 - left_out - share).abs() < BETTER && (common - share).abs() >= BETTER;
         is_inward.then_some(walls)
@@ -452,14 +452,14 @@ impl Covered<'_> {
         let both: Vec<Vec<DVec2>> = self.rings.iter().map(|ring| within(ring)).collect();
         let walls =
             walls.iter().map(|&(normal, distance)| HalfPlane { normal, distance }).collect::<Vec<_>>();
-        let left = Patch::voxel(1.0).within_all(walls.iter().enumerate()).area();
+        let left = ConvexPatch::voxel(1.0).within_all(walls.iter().enumerate()).area();
         share + left - 2.0 * Self::area(&both)
     }
 }
 
 /// Share of a voxel on the inner side of a plane at a distance from its centre, voxels.
 pub(super) fn share_of(normal: DVec2, distance: f64) -> f64 {
-    Patch::voxel(1.0).within(&HalfPlane { normal, distance }, 0).area()
+    ConvexPatch::voxel(1.0).within(&HalfPlane { normal, distance }, 0).area()
 }
 
 /// The distance of [`share_of`], by halving: the share grows with it.

@@ -2,7 +2,7 @@ use glam::{DVec2, dvec2};
 use proptest::prelude::*;
 
 use super::super::layer::{Area, Path};
-use super::footprint::{Cover, Footprint};
+use super::footprint::{Footprint, VoxelCover};
 use super::solid::{Square, Wall};
 
 fn area(outer: Vec<DVec2>, holes: Vec<Vec<DVec2>>) -> Area {
@@ -21,7 +21,7 @@ fn square(spacing: f64) -> Square {
 }
 
 /// Whether the wall of a voxel leaves a place of it.
-fn keeps(cover: &Cover, square: &Square, place: DVec2) -> bool {
+fn keeps(cover: &VoxelCover, square: &Square, place: DVec2) -> bool {
     let from = place - square.centre(cover.column, cover.row);
     cover.wall.planes().all(|(facing, distance_m)| DVec2::from_angle(facing).dot(from) <= distance_m)
 }
@@ -176,10 +176,10 @@ fn voxels_do_not_depend_on_the_square_that_asks() {
     let part = Square { first: [16, 8], columns: 9, rows: 11, ..whole };
     let all = footprint.cover(&whole);
     let some = footprint.cover(&part);
-    let shifted: Vec<Cover> = all
+    let shifted: Vec<VoxelCover> = all
         .iter()
         .filter(|cover| (16..25).contains(&cover.column) && (8..19).contains(&cover.row))
-        .map(|cover| Cover { column: cover.column - 16, row: cover.row - 8, ..*cover })
+        .map(|cover| VoxelCover { column: cover.column - 16, row: cover.row - 8, ..*cover })
         .collect();
     assert_eq!(shifted.len(), some.len());
 

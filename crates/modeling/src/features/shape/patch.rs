@@ -38,11 +38,11 @@ impl From<(f64, f64)> for HalfPlane {
 /// A convex part of a voxel: corners counter-clockwise, each with the number of the half-plane that bounds what is between it and the next
 /// one, if that is not the voxel's own side. Places count from the voxel's centre.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Patch {
+pub(super) struct ConvexPatch {
     corners: Vec<(DVec2, Option<usize>)>,
 }
 
-impl Patch {
+impl ConvexPatch {
     /// All of a voxel of this side.
     pub fn voxel(side: f64) -> Self {
         let corners = [dvec2(-0.5, -0.5), dvec2(0.5, -0.5), dvec2(0.5, 0.5), dvec2(-0.5, 0.5)];
@@ -115,7 +115,7 @@ mod tests {
     fn parts_of_a_voxel_know_what_bounds_them() {
         let half = |x: f64, y: f64, distance: f64| HalfPlane { normal: dvec2(x, y), distance };
         let halves = [half(1.0, 0.0, 0.5), half(0.0, 1.0, 0.0), half(0.6, 0.8, 3.0)];
-        let patch = Patch::voxel(2.0).within_all(halves.iter().enumerate());
+        let patch = ConvexPatch::voxel(2.0).within_all(halves.iter().enumerate());
         assert_eq!((patch.area(), patch.bounded_by(0.0)), (1.5, vec![0, 1]));
         assert_eq!(patch.middle(), dvec2(-0.25, -0.5));
         let nothing = patch.within(&half(1.0, 0.0, -1.5), 3);
@@ -126,6 +126,6 @@ mod tests {
         assert_eq!(halves[0].crossing(&half(-1.0, 0.0, 2.0)), None);
         // What only touches a corner bounds nothing.
         let corner = HalfPlane { normal: DVec2::ONE.normalize(), distance: std::f64::consts::SQRT_2 };
-        assert!(Patch::voxel(2.0).within(&corner, 0).bounded_by(1e-9).is_empty());
+        assert!(ConvexPatch::voxel(2.0).within(&corner, 0).bounded_by(1e-9).is_empty());
     }
 }

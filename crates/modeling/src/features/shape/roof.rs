@@ -16,7 +16,7 @@ use glam::DVec2;
 use super::super::kinds::{Rise, Roof, RoofShape};
 use super::footprint::Footprint;
 use super::frame::{Frame, extent, hull};
-use super::patch::{HalfPlane, Patch};
+use super::patch::{ConvexPatch, HalfPlane};
 use super::sectors::Sectors;
 use super::walls::Walls;
 
@@ -25,13 +25,13 @@ const RINGS: [f64; 6] = [0.0, 15.0, 30.0, 45.0, 60.0, 90.0];
 
 /// A plane: height above the eaves over a place, and its slope.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Plane {
+pub(super) struct RoofPlane {
     pub at: DVec2,
     pub height: f64,
     pub slope: DVec2,
 }
 
-impl Plane {
+impl RoofPlane {
     pub fn height(&self, place: DVec2) -> f64 {
         self.height + self.slope.dot(place - self.at)
     }
@@ -60,18 +60,18 @@ impl Plane {
 
 /// A roof's upper side, as height above its eaves.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Form {
+pub(super) enum RoofForm {
     /// The least of these.
-    Planes(Vec<Plane>),
+    Planes(Vec<RoofPlane>),
     /// The least of the planes around a middle, those over each edge of a hull one after the other.
-    Around(Sectors, Vec<Plane>),
+    Around(Sectors, Vec<RoofPlane>),
     /// Roof that rises from all walls with a slope, up to a height; with valleys where corners point inward.
     FromWalls { walls: Walls, slope: f64, most: f64 },
 }
 
-impl Form {
+impl RoofForm {
     /// Planes over the edges of a hull, the same number over each.
-    fn around(hull: &[DVec2], middle: DVec2, planes: Vec<Plane>) -> Self {
+    fn around(hull: &[DVec2], middle: DVec2, planes: Vec<RoofPlane>) -> Self {
         match Sectors::of(hull, middle) {
             Some(sectors) => Self::Around(sectors, planes),
             None => Self::Planes(planes),
@@ -81,8 +81,8 @@ impl Form {
 
 /// A roof over a footprint: form, and height of the ridge above the eaves.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Bound {
-    pub form: Form,
+pub(super) struct RoofBound {
+    pub form: RoofForm,
     pub height_m: f64,
 }
 
@@ -94,7 +94,7 @@ const WIDE: f64 = 9.0;
 /// Share of its rectangle that a footprint covers, from which on it counts as one.
 const RECTANGULAR: f64 = 0.9;
 
-impl Bound {
+impl RoofBound {
     /// The roof over a footprint; of a building `most_m` high at the most from its lower end to the ridge.
     pub fn over(footprint: &Footprint, roof: &Roof, most_m: f64) -> Self {
         let hull = hull(&footprint.rings[0]);
@@ -144,21 +144,21 @@ impl Bound {
         }
 
         let middle = frame.middle + across * low.midpoint(high);
-        let facing = |normal: DVec2, far: f64, slope: f64| Plane {
+        let facing = |normal: DVec2, far: f64, slope: f64| RoofPlane {
             at: frame.middle + normal * far,
             height: 0.0,
             slope: -normal * slope,
         };
 
         let form = match shape {
-            RoofShape::Skillion => Form::Planes(vec![Plane {
+            RoofShape::Skillion => RoofForm::Planes(vec![RoofPlane {
                 at: frame.middle + across * high,
                 height: 0.0,
                 slope: -across * (height / run),
             }]),
-            RoofShape::Gabled => Form::Planes(
+            RoofShape::Gabled => RoofForm::Planes(
                 [across, -across]
-                    .map(|normal| Plane {
+                    .map(|normal| RoofPlane {
                         at: middle + normal * half,
                         height: 0.0,
                         slope: -normal * (height / half),
@@ -166,7 +166,7 @@ impl Bound {
                     .into(),
             ),
             RoofShape::Hipped if fill < RECTANGULAR => {
-                Form::FromWalls { walls: walls.clone(), slope: height / run, most: height }
+                RoofForm::FromWalls { walls: walls.clone(), slope: height / run, most: height }
             }
             RoofShape::Hipped => {
                 let hip = match run <= beside {
@@ -178,13 +178,13 @@ impl Bound {
                 let planes = sides.iter().flat_map(|(normal, far, run)| {
                     [*normal, -*normal].map(|normal| facing(normal, *far, height / run))
                 });
-                Form::Planes(planes.collect())
+                RoofForm::Planes(planes.collect())
             }
             RoofShape::Pyramidal => {
-                let plane = |edge: DVec2| Plane { at: frame.middle, height, slope: -edge * height };
-                Form::around(&hull, frame.middle, hull_edges(&hull, frame.middle).map(plane).collect())
+                let plane = |edge: DVec2| RoofPlane { at: frame.middle, height, slope: -edge * height };
+                RoofForm::around(&hull, frame.middle, hull_edges(&hull, frame.middle).map(plane).collect())
             }
-            _ => Form::around(&hull, frame.middle, dome(&hull, frame.middle, height)),
+            _ => RoofForm::around(&hull, frame.middle, dome(&hull, frame.middle, height)),
         };
 
         Self { form, height_m: height }
@@ -192,7 +192,7 @@ impl Bound {
 
     fn level() -> Self {
         Self {
-            form: Form::Planes(vec![Plane { at: DVec2::ZERO, height: 0.0, slope: DVec2::ZERO }]),
+            form: RoofForm::Planes(vec![RoofPlane { at: DVec2::ZERO, height: 0.0, slope: DVec2::ZERO }]),
             height_m: 0.0,
         }
     }
@@ -201,19 +201,19 @@ impl Bound {
     pub fn steepest(&self) -> f64 {
         let sum = |slope: DVec2| slope.x.abs() + slope.y.abs();
         match &self.form {
-            Form::Planes(planes) | Form::Around(_, planes) => {
+            RoofForm::Planes(planes) | RoofForm::Around(_, planes) => {
                 planes.iter().map(|plane| sum(plane.slope)).fold(0.0, f64::max)
             }
-            Form::FromWalls { slope, .. } => slope * std::f64::consts::SQRT_2,
+            RoofForm::FromWalls { slope, .. } => slope * std::f64::consts::SQRT_2,
         }
     }
 
     /// The roof over a part of a voxel, from `centre`: the least of these, each of which is the greatest of some planes.
-    pub fn planes_over(&self, centre: DVec2, part: &Patch) -> Vec<Vec<Plane>> {
+    pub fn planes_over(&self, centre: DVec2, part: &ConvexPatch) -> Vec<Vec<RoofPlane>> {
         let corners: Vec<DVec2> = part.corners().map(|corner| centre + corner).collect();
-        let mut all: Vec<Vec<Plane>> = match &self.form {
-            Form::Planes(planes) => planes.iter().map(|plane| vec![*plane]).collect(),
-            Form::Around(sectors, planes) => {
+        let mut all: Vec<Vec<RoofPlane>> = match &self.form {
+            RoofForm::Planes(planes) => planes.iter().map(|plane| vec![*plane]).collect(),
+            RoofForm::Around(sectors, planes) => {
                 let of_edge = planes.len() / sectors.count();
                 let edges = sectors.over(&corners);
                 edges
@@ -221,7 +221,7 @@ impl Bound {
                     .map(|plane| vec![*plane])
                     .collect()
             }
-            Form::FromWalls { walls, slope, most } => from_walls(walls, [*slope, *most], centre, part),
+            RoofForm::FromWalls { walls, slope, most } => from_walls(walls, [*slope, *most], centre, part),
         };
 
         all = least_somewhere(all, &corners);
@@ -233,7 +233,7 @@ impl Bound {
         }
 
         for planes in &mut all {
-            let is_below = |one: &Plane, other: &Plane| {
+            let is_below = |one: &RoofPlane, other: &RoofPlane| {
                 corners.iter().all(|corner| one.height(*corner) <= other.height(*corner))
             };
             let known = planes.clone();
@@ -245,18 +245,18 @@ impl Bound {
 }
 
 /// Height of the greatest of some planes over a place.
-pub(super) fn greatest(planes: &[Plane], place: DVec2) -> f64 {
+pub(super) fn greatest(planes: &[RoofPlane], place: DVec2) -> f64 {
     planes.iter().map(|plane| plane.height(place)).fold(f64::NEG_INFINITY, f64::max)
 }
 
 /// Chooses, of surfaces that are each the greatest of some planes, those that may be the least somewhere between places; one at least, if there are any.
-fn least_somewhere(mut all: Vec<Vec<Plane>>, corners: &[DVec2]) -> Vec<Vec<Plane>> {
+fn least_somewhere(mut all: Vec<Vec<RoofPlane>>, corners: &[DVec2]) -> Vec<Vec<RoofPlane>> {
     // No higher than that, and no lower: planes are so in corners.
-    let highest = |planes: &Vec<Plane>| {
+    let highest = |planes: &Vec<RoofPlane>| {
         corners.iter().map(|corner| greatest(planes, *corner)).fold(f64::NEG_INFINITY, f64::max)
     };
-    let lowest = |planes: &Vec<Plane>| {
-        let of = |plane: &Plane| corners.iter().map(|at| plane.height(*at)).fold(f64::INFINITY, f64::min);
+    let lowest = |planes: &Vec<RoofPlane>| {
+        let of = |plane: &RoofPlane| corners.iter().map(|at| plane.height(*at)).fold(f64::INFINITY, f64::min);
         planes.iter().map(of).fold(f64::NEG_INFINITY, f64::max)
     };
     let bound = all.iter().min_by(|a, b| highest(a).total_cmp(&highest(b))).cloned();
@@ -270,8 +270,8 @@ fn least_somewhere(mut all: Vec<Vec<Plane>>, corners: &[DVec2]) -> Vec<Vec<Plane
 }
 
 /// Chooses of such surfaces those that are the least at places, each once.
-fn least_at(all: Vec<Vec<Plane>>, places: impl Iterator<Item = DVec2>) -> Vec<Vec<Plane>> {
-    let mut kept: Vec<Vec<Plane>> = Vec::new();
+fn least_at(all: Vec<Vec<RoofPlane>>, places: impl Iterator<Item = DVec2>) -> Vec<Vec<RoofPlane>> {
+    let mut kept: Vec<Vec<RoofPlane>> = Vec::new();
     for place in places {
         let least = all.iter().min_by(|a, b| greatest(a, place).total_cmp(&greatest(b, place)));
         if let Some(planes) = least.filter(|planes| !kept.contains(planes)) {
@@ -282,38 +282,43 @@ fn least_at(all: Vec<Vec<Plane>>, places: impl Iterator<Item = DVec2>) -> Vec<Ve
 }
 
 /// The planes of a dome through rings of places on an ellipsoid over the hull: one from ring to ring over each edge.
-fn dome(hull: &[DVec2], middle: DVec2, height: f64) -> Vec<Plane> {
+fn dome(hull: &[DVec2], middle: DVec2, height: f64) -> Vec<RoofPlane> {
     let planes = |edge: DVec2| {
         RINGS.windows(2).map(move |rings| {
             let [upper, lower] = [rings[0], rings[1]].map(|degrees| DVec2::from_angle(degrees.to_radians()));
             // Height over distance from the middle, as shares of the dome's and of the edge's.
             let fall = (upper.x - lower.x) / (lower.y - upper.y);
             let at_middle = upper.x + fall * upper.y;
-            Plane { at: middle, height: height * at_middle, slope: -edge * (height * fall) }
+            RoofPlane { at: middle, height: height * at_middle, slope: -edge * (height * fall) }
         })
     };
     hull_edges(hull, middle).flat_map(planes).collect()
 }
 
 /// A roof that rises from all walls alike, up to a height, over a part of a voxel.
-fn from_walls(walls: &Walls, [slope, most]: [f64; 2], centre: DVec2, part: &Patch) -> Vec<Vec<Plane>> {
+fn from_walls(
+    walls: &Walls,
+    [slope, most]: [f64; 2],
+    centre: DVec2,
+    part: &ConvexPatch,
+) -> Vec<Vec<RoofPlane>> {
     let middle = part.middle();
     // Away from corners, where two walls are as near.
     let places = part.corners().map(|corner| corner.lerp(middle, 0.125)).chain([middle]);
-    let mut all: Vec<Vec<Plane>> = Vec::new();
+    let mut all: Vec<Vec<RoofPlane>> = Vec::new();
 
     for place in places {
         let Some((distance, eaves)) = walls.eaves(centre + place) else { continue };
-        let mut found: Vec<Plane> = match distance * slope < most {
+        let mut found: Vec<RoofPlane> = match distance * slope < most {
             true => eaves
                 .iter()
-                .map(|eaves| Plane { at: eaves.at, height: 0.0, slope: eaves.inward * slope })
+                .map(|eaves| RoofPlane { at: eaves.at, height: 0.0, slope: eaves.inward * slope })
                 .collect(),
-            false => vec![Plane { at: centre, height: most, slope: DVec2::ZERO }],
+            false => vec![RoofPlane { at: centre, height: most, slope: DVec2::ZERO }],
         };
 
         // What runs down into a valley on one side of it runs on beside it.
-        let (same, others): (Vec<_>, Vec<_>) = all.into_iter().partition(|known: &Vec<Plane>| {
+        let (same, others): (Vec<_>, Vec<_>) = all.into_iter().partition(|known: &Vec<RoofPlane>| {
             known.iter().any(|known| found.iter().any(|plane| plane.is_same(known, centre)))
         });
 
@@ -329,7 +334,7 @@ fn from_walls(walls: &Walls, [slope, most]: [f64; 2], centre: DVec2, part: &Patc
 
     if all.is_empty() {
         // Walls are rounded: it may lie beside them.
-        all.push(vec![Plane { at: centre, height: 0.0, slope: DVec2::ZERO }]);
+        all.push(vec![RoofPlane { at: centre, height: 0.0, slope: DVec2::ZERO }]);
     }
 
     all

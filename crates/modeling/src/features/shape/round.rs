@@ -35,7 +35,7 @@ struct Section {
 }
 
 /// A voxel beside the axis.
-struct Place {
+struct RingPlace {
     index: usize,
     /// Distance of its centre from the axis, metres.
     distance: f64,
@@ -44,7 +44,7 @@ struct Place {
     reach: f64,
 }
 
-impl Place {
+impl RingPlace {
     fn of(axis: DVec2, square: &Square, column: usize, row: usize) -> Self {
         let from_axis = square.centre(column, row) - axis;
         let outward = from_axis.try_normalize().unwrap_or(DVec2::X);
@@ -97,7 +97,7 @@ impl BoundUpright {
         let (least, most) = (radii().fold(f64::INFINITY, f64::min), radii().fold(0.0, f64::max));
         let [low, high] = [self.middle - most, self.middle + most];
         for (column, row) in square.voxels([low.x, low.y, high.x, high.y]) {
-            let place = Place::of(self.middle, square, column, row);
+            let place = RingPlace::of(self.middle, square, column, row);
             let ends = broad.first().zip(broad.last()).filter(|_| place.reach <= least - place.distance);
             if let Some((first, last)) = ends.filter(|_| narrow.is_empty()) {
                 out.push((place.index, self.solid([first, last], &place, place.whole())));
@@ -108,7 +108,7 @@ impl BoundUpright {
     }
 
     /// The sections over one voxel: a solid for all that hold it whole one above the other, and one for each whose rim cuts it.
-    fn raise_rim(&self, sections: &[Section], place: &Place, out: &mut Vec<(usize, Solid)>) {
+    fn raise_rim(&self, sections: &[Section], place: &RingPlace, out: &mut Vec<(usize, Solid)>) {
         let mut whole: Option<[&Section; 2]> = None;
         for section in sections {
             let room = section.radius - place.distance;
@@ -140,14 +140,14 @@ impl BoundUpright {
         for cover in circle.cover(square) {
             let is_cut = matches!(cover.wall, Wall::Plane { .. } | Wall::Corner(_) | Wall::Wedge(_));
             if !is_cut || cover.share >= LEAST_SHARE {
-                let place = Place::of(self.middle, square, cover.column, cover.row);
+                let place = RingPlace::of(self.middle, square, cover.column, cover.row);
                 out.push((place.index, self.solid([section, section], &place, place.whole())));
             }
         }
     }
 
     /// Some sections one above the other over a voxel.
-    fn solid(&self, [first, last]: [&Section; 2], place: &Place, wall: Wall) -> Solid {
+    fn solid(&self, [first, last]: [&Section; 2], place: &RingPlace, wall: Wall) -> Solid {
         // The rim's own height is that of the rim, not of what would be beyond it.
         let within = place.distance.min(last.radius * (1.0 - 1e-6));
         let (cap, fall) = if last.is_highest { self.cap(within) } else { (last.high, 0.0) };
@@ -354,7 +354,7 @@ pub(super) fn chance(hash: u64, index: u64) -> f64 {
 mod tests {
     use std::f64::consts::PI;
 
-    use super::super::patch::{HalfPlane, Patch};
+    use super::super::patch::{ConvexPatch, HalfPlane};
     use super::super::testing::{PAINT, at, square};
     use super::*;
 
@@ -365,7 +365,7 @@ mod tests {
         bound.raise(&square(1.0), &mut solids);
         let area = |solid: &Solid| {
             let planes: Vec<HalfPlane> = solid.wall.planes().map(HalfPlane::from).collect();
-            Patch::voxel(1.0).within_all(planes.iter().enumerate()).area()
+            ConvexPatch::voxel(1.0).within_all(planes.iter().enumerate()).area()
         };
         let at = |height: f64| {
             let is_there = |solid: &Solid| {

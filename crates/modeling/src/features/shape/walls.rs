@@ -19,7 +19,7 @@ pub(super) struct Eaves {
 
 /// A wall, and how the one after it goes on.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Wall {
+struct RoofWall {
     from: DVec2,
     to: DVec2,
     length: f64,
@@ -28,7 +28,7 @@ struct Wall {
     next: DVec2,
 }
 
-impl Wall {
+impl RoofWall {
     fn of([from, to, end]: [DVec2; 3]) -> Self {
         let [along, next] = [to - from, end - to].map(DVec2::normalize_or_zero);
         Self { from, to, length: from.distance(to), along, next }
@@ -49,7 +49,7 @@ impl Wall {
 /// The walls of a footprint.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Walls {
-    walls: Vec<Wall>,
+    walls: Vec<RoofWall>,
     /// Lattice that finds walls, if there are many.
     cells: Option<Cells>,
 }
@@ -69,9 +69,11 @@ impl Walls {
     pub fn of(footprint: &Footprint) -> Self {
         let of_ring = |ring: &Vec<DVec2>| {
             let at = |index: usize| ring[index % ring.len()];
-            (0..ring.len()).map(|index| Wall::of([0, 1, 2].map(|next| at(index + next)))).collect::<Vec<_>>()
+            (0..ring.len())
+                .map(|index| RoofWall::of([0, 1, 2].map(|next| at(index + next))))
+                .collect::<Vec<_>>()
         };
-        let walls: Vec<Wall> = footprint.rings.iter().flat_map(of_ring).collect();
+        let walls: Vec<RoofWall> = footprint.rings.iter().flat_map(of_ring).collect();
         let cells = (walls.len() >= MANY).then(|| Cells::of(&walls, footprint.bounds));
         Self { walls, cells }
     }
@@ -142,12 +144,12 @@ const MOST_CELLS: f64 = 512.0;
 const LEAST_SHARE: f64 = 0.5;
 
 impl Cells {
-    fn of(walls: &[Wall], [west, south, east, north]: [f64; 4]) -> Self {
+    fn of(walls: &[RoofWall], [west, south, east, north]: [f64; 4]) -> Self {
         let size = DVec2::new(east - west, north - south);
         let side = size.max_element() / (walls.len() as f64).sqrt().min(MOST_CELLS);
         let [columns, rows] = [size.x, size.y].map(|size| (size / side).floor() as usize + 1);
-        let is_sharp = |wall: &Wall| wall.share() < LEAST_SHARE;
-        let shares = walls.iter().filter(|wall| !is_sharp(wall)).map(Wall::share);
+        let is_sharp = |wall: &RoofWall| wall.share() < LEAST_SHARE;
+        let shares = walls.iter().filter(|wall| !is_sharp(wall)).map(RoofWall::share);
 
         let mut cells = Self {
             corner: DVec2::new(west, south),

@@ -18,8 +18,8 @@ use super::super::file::InputFile;
 use super::super::sample::ByteOrder;
 use super::super::{RasterInfo, SampleType};
 use super::codec::{self, Size};
-use super::table::Shape;
-use super::{Layout, compression, tag};
+use super::table::TableShape;
+use super::{TiffLayout, compression, tag};
 use hedgehop_base::error::{Error, Result};
 
 /// A window that a Zstandard frame may always claim, bytes (what every decoder must support; RFC 8878, §3.1.1.1.2).
@@ -30,7 +30,7 @@ const ZSTD_WINDOW: u64 = 8 << 20;
 pub(super) struct ChunkedTiff {
     pub file: InputFile,
     pub info: RasterInfo,
-    pub layout: Layout,
+    pub layout: TiffLayout,
     pub order: ByteOrder,
 }
 
@@ -89,11 +89,16 @@ impl ChunkedTiff {
         Ok((offset, stored))
     }
 
-    fn decompress(&self, offset: u64, length: u64, shape: Shape) -> std::result::Result<Vec<u8>, String> {
+    fn decompress(
+        &self,
+        offset: u64,
+        length: u64,
+        shape: TableShape,
+    ) -> std::result::Result<Vec<u8>, String> {
         let (pixels, shape) = (shape, self.layout.stored(shape));
-        let bytes = |shape: Shape| usize::try_from(self.layout.bytes(shape)).map_err(|e| e.to_string());
+        let bytes = |shape: TableShape| usize::try_from(self.layout.bytes(shape)).map_err(|e| e.to_string());
         let needed = bytes(shape)?;
-        let size = Size { needed, most: bytes(Shape { rows: self.layout.chunk.1, ..shape })? };
+        let size = Size { needed, most: bytes(TableShape { rows: self.layout.chunk.1, ..shape })? };
         let mut stored = vec![0; usize::try_from(length).map_err(|e| e.to_string())?];
         self.file.read_at(&mut stored, offset).map_err(|e| e.to_string())?;
         if self.layout.compression == compression::ZSTD {
@@ -116,7 +121,7 @@ impl ChunkedTiff {
     }
 
     /// A classic TIFF header and directory in front of one chunk of `length` bytes.
-    fn directory(&self, shape: Shape, length: usize) -> std::result::Result<Vec<u8>, String> {
+    fn directory(&self, shape: TableShape, length: usize) -> std::result::Result<Vec<u8>, String> {
         const ENTRIES: u32 = 11;
 
         let data = 8 + 2 + ENTRIES * 12 + 4;

@@ -6,7 +6,7 @@ use super::super::file::InputFile;
 use super::super::{OpenOptions, Raster, RasterInfo};
 use super::chunk::ChunkedTiff;
 use super::ifd::Directory;
-use super::{AS_TILES, Layout, Meaning, tag};
+use super::{AS_TILES, DirectoryMeaning, TiffLayout, tag};
 use hedgehop_base::error::{Error, Result};
 
 /// Directories looked at; overviews halve the size, so no sound file has more.
@@ -46,7 +46,7 @@ pub(in super::super) fn open_file(file: &InputFile, options: &OpenOptions) -> Re
 }
 
 fn open(file: &InputFile, directory: &Directory<'_>, options: &OpenOptions) -> Result<Box<dyn Raster>> {
-    let layout = Layout::parse(file, directory, options, Meaning::Mask)?;
+    let layout = TiffLayout::parse(file, directory, options, DirectoryMeaning::Mask)?;
     let info = RasterInfo {
         width: layout.width,
         height: layout.height,

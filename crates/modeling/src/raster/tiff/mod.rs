@@ -20,7 +20,7 @@ use super::band::{Band, Role};
 use super::blocks::BlockRaster;
 use super::file::InputFile;
 use super::mask::Masked;
-use super::raw::{Placement, RawRaster, RowStarts};
+use super::raw::{RawRaster, RowStarts, SamplePlacement};
 use super::{OpenOptions, Raster, RasterInfo, SampleType, side};
 use chunk::ChunkedTiff;
 use hedgehop_base::error::{Error, Result};
@@ -75,7 +75,7 @@ const AS_DEFLATE: &str = "convert it: gdal_translate -co COMPRESS=DEFLATE IN out
 /// Opens a file.
 pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Raster>> {
     let directory = Directory::first(&file)?;
-    let layout = Layout::parse(&file, &directory, options, Meaning::Picture)?;
+    let layout = TiffLayout::parse(&file, &directory, options, DirectoryMeaning::Picture)?;
     let mask = mask::find(&file, &directory, options)?;
 
     let mut info = RasterInfo {
@@ -115,7 +115,7 @@ pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Ras
 
 /// Meaning of a directory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Meaning {
+enum DirectoryMeaning {
     /// Heights or colours.
     Picture,
     /// Transparency, of 1 or 8 bits.
@@ -124,7 +124,7 @@ enum Meaning {
 
 /// Layout of the pixels.
 #[derive(Debug)]
-struct Layout {
+struct TiffLayout {
     width: u32,
     height: u32,
     bands: u32,
@@ -150,12 +150,12 @@ struct Layout {
     predictor: u32,
 }
 
-impl Layout {
+impl TiffLayout {
     fn parse(
         file: &InputFile,
         directory: &Directory<'_>,
         options: &OpenOptions,
-        meaning: Meaning,
+        meaning: DirectoryMeaning,
     ) -> Result<Self> {
         let size = |tag| match directory.unsigned(tag)? {
             Some(size) if size > 0 && size <= i32::MAX as u32 => Ok(size),
@@ -171,11 +171,12 @@ impl Layout {
         refuse_compression(file, compression)?;
         let photometric = directory.unsigned(tag::PHOTOMETRIC)?.unwrap_or(1);
         let is_palette_of_classes = options.classes && photometric == PALETTE;
-        if meaning == Meaning::Picture && !is_palette_of_classes {
+        if meaning == DirectoryMeaning::Picture && !is_palette_of_classes {
             refuse_photometric(file, photometric)?;
         }
 
-        let packed = meaning == Meaning::Mask && directory.unsigned(tag::BITS_PER_SAMPLE)?.unwrap_or(1) == 1;
+        let packed =
+            meaning == DirectoryMeaning::Mask && directory.unsigned(tag::BITS_PER_SAMPLE)?.unwrap_or(1) == 1;
         if directory.unsigned(tag::FILL_ORDER)?.unwrap_or(1) != 1 {
             return Err(Error::unsupported(file.path(), "has its bits in reverse order", AS_DEFLATE));
         }
@@ -287,7 +288,7 @@ impl Layout {
     }
 
     /// Returns where rows lie, if they lie in the file as they are.
-    fn placement(&self, order: super::sample::ByteOrder) -> Option<Placement> {
+    fn placement(&self, order: super::sample::ByteOrder) -> Option<SamplePlacement> {
         let absent = self.offsets.contains(&0) || self.byte_counts.contains(&0);
         let separate = self.planar && self.offsets.len() > 1;
         if self.packed || self.tiled || self.compression != compression::NONE || absent || separate {
@@ -295,7 +296,7 @@ impl Layout {
         }
         let size = self.sample.bytes() as u64;
         let pixel_bytes = size * u64::from(self.bands);
-        Some(Placement {
+        Some(SamplePlacement {
             rows: RowStarts::Strips {
                 offsets: self.offsets.clone(),
                 rows: self.chunk.1,

@@ -1,33 +1,33 @@
 //! Table of chunks, held against what they must hold: samples that are not compressed have no other check.
 
-use super::{Layout, compression};
+use super::{TiffLayout, compression};
 use crate::raster::blocks::block_bytes;
 use crate::raster::file::InputFile;
 use hedgehop_base::error::{Error, Result};
 
 /// Size of one stored chunk.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Shape {
+pub(super) struct TableShape {
     pub width: u32,
     pub rows: u32,
     pub bands: u32,
 }
 
-impl Layout {
+impl TiffLayout {
     /// The chunks of a row of them: strips end at the last row of the image, tiles are always whole.
-    pub(super) fn shape(&self, row: u32) -> Shape {
+    pub(super) fn shape(&self, row: u32) -> TableShape {
         let (width, rows) = self.chunk;
         let rows = if self.tiled { rows } else { rows.min(self.height - row * rows) };
-        Shape { width, rows, bands: if self.planar { 1 } else { self.bands } }
+        TableShape { width, rows, bands: if self.planar { 1 } else { self.bands } }
     }
 
     /// The shape in bytes if samples are bits, which come eight to a byte, each row from a byte on.
-    pub(super) fn stored(&self, shape: Shape) -> Shape {
-        Shape { width: if self.packed { shape.width.div_ceil(8) } else { shape.width }, ..shape }
+    pub(super) fn stored(&self, shape: TableShape) -> TableShape {
+        TableShape { width: if self.packed { shape.width.div_ceil(8) } else { shape.width }, ..shape }
     }
 
     /// Bytes of a chunk's samples.
-    pub(super) fn bytes(&self, shape: Shape) -> u64 {
+    pub(super) fn bytes(&self, shape: TableShape) -> u64 {
         block_bytes((shape.width, shape.rows), shape.bands, self.sample).unwrap_or(u64::MAX)
     }
 

@@ -8,8 +8,8 @@ mod synthetic;
 
 use glam::{DVec2, dvec2};
 
-use super::super::warp::Placement;
-use super::patch::Placed;
+use super::super::warp::RasterPlacement;
+use super::patch::PlacedRaster;
 use super::sunward::Sunward;
 use hedgehop_geo::{Crs, Transform};
 use synthetic::{Prism, Random, World, hills};
@@ -50,11 +50,11 @@ fn world(prisms: Vec<Prism>, (azimuth, elevation): (f64, f64), seed: u64) -> Wor
 }
 
 /// The world's picture where it lies.
-fn placed(world: World) -> Placed<[u8; 4]> {
+fn placed(world: World) -> PlacedRaster<[u8; 4]> {
     let (side, size) = (world.side, world.size);
     let same = Transform::new(&Crs::local(), &Crs::local()).unwrap();
     let geo = [0.0, side, 0.0, f64::from(size.1) * side, 0.0, -side];
-    Placed { placement: Placement::new(same, &geo, size).unwrap(), samples: Box::new(world) }
+    PlacedRaster { placement: RasterPlacement::new(same, &geo, size).unwrap(), samples: Box::new(world) }
 }
 
 fn turned(ring: &[DVec2], sun: &Sunward) -> Vec<DVec2> {

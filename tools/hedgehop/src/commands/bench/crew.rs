@@ -8,7 +8,7 @@ use hedgehop::memory::Paging;
 use hedgehop::render::StageTimes;
 use hedgehop::subimage::{Farm, Trace, chrome_trace};
 
-use super::Args;
+use super::BenchArgs;
 use super::frames::FrameTimes;
 use crate::args;
 
@@ -32,7 +32,7 @@ pub(super) struct Crew {
 }
 
 /// The numbers of workers that were asked for, rising, and always one.
-pub(super) fn crews(args: &Args) -> Result<Vec<Crew>> {
+pub(super) fn crews(args: &BenchArgs) -> Result<Vec<Crew>> {
     let asked = if args.workers.is_empty() { default_workers() } else { args.workers.clone() };
     let mut counts = asked.clone();
     counts.push(1);

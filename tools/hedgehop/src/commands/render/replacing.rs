@@ -17,7 +17,7 @@ use hedgehop::progress::Observer;
 use hedgehop::space::Camera;
 use hedgehop::{Error, Result};
 
-use super::Args;
+use super::RenderArgs;
 use crate::output::Files;
 use crate::view::ranges;
 
@@ -47,7 +47,7 @@ impl Earlier {
 
 /// Refuses frames that would take the place of another render's, or its place in the manifest. Returns whether the manifest is to list what comes.
 pub fn check(
-    args: &Args,
+    args: &RenderArgs,
     files: &Files<'_>,
     cameras: &[(u64, Camera)],
     observer: &dyn Observer,

@@ -38,7 +38,7 @@ struct Problem {
 
 /// Findings about a folder.
 #[derive(Debug)]
-struct Report {
+struct FramesReport {
     checked: usize,
     /// Whether a manifest lists the frames.
     has_manifest: bool,
@@ -57,7 +57,7 @@ pub fn run(folder: &Path, as_json: bool, reporter: &Reporter) -> Outcome {
     if report.problems.is_empty() { Ok(()) } else { Err(Failure::Problems) }
 }
 
-fn check(folder: &Path, observer: &dyn Observer) -> Result<Report> {
+fn check(folder: &Path, observer: &dyn Observer) -> Result<FramesReport> {
     let manifest = Manifest::read(folder)?;
     let listed = manifest.as_ref().map(|manifest| manifest.frames.as_slice()).unwrap_or_default();
     let (candidates, unlisted) = candidates(folder, listed)?;
@@ -68,7 +68,7 @@ fn check(folder: &Path, observer: &dyn Observer) -> Result<Report> {
             Some(Problem { file: file.clone(), number: *number, what: what? })
         })
         .collect();
-    Ok(Report {
+    Ok(FramesReport {
         checked: candidates.len(),
         has_manifest: manifest.is_some(),
         problems,
@@ -171,7 +171,7 @@ fn gaps(numbers: impl Iterator<Item = u64>) -> Vec<u64> {
     (*first..=*last).filter(|number| !numbers.contains(number)).collect()
 }
 
-impl Report {
+impl FramesReport {
     /// Frames that are to be rendered again, as `--frames` takes them.
     fn again(&self) -> String {
         let numbers: BTreeSet<u64> = self.problems.iter().filter_map(|problem| problem.number).collect();
@@ -179,7 +179,7 @@ impl Report {
     }
 }
 
-fn lines(folder: &Path, report: &Report) -> String {
+fn lines(folder: &Path, report: &FramesReport) -> String {
     let mut text = String::new();
     for Problem { file, what, .. } in &report.problems {
         text += &format!("problem: {}: {what}\n", file.display());
@@ -203,7 +203,7 @@ fn lines(folder: &Path, report: &Report) -> String {
     text
 }
 
-fn json(folder: &Path, report: &Report) -> Value {
+fn json(folder: &Path, report: &FramesReport) -> Value {
     let problem = |problem: &Problem| {
         json!({
             "frame": problem.number,
