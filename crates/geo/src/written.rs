@@ -100,7 +100,7 @@ impl Crs {
     pub fn to_geo_keys(&self) -> Option<WrittenKeys> {
         let definition = Definition::parse(self.proj()?).ok()?;
         let is_geographic = definition.is_geographic();
-        let mut keys = WrittenKeys::default();
+        let mut keys = KeyEntries::default();
         // Model type: 1 projected, 2 geographic. Raster type: 1, pixels are areas.
         keys.short(1024, if is_geographic { 2 } else { 1 });
         keys.short(1025, 1);
@@ -124,13 +124,13 @@ const DEGREE: u16 = 9102;
 
 /// Geo keys in rising order: key, tag (0: the value itself), count, value or offset.
 #[derive(Default)]
-struct WrittenKeys {
+struct KeyEntries {
     entries: Vec<[u16; 4]>,
     doubles: Vec<f64>,
     text: String,
 }
 
-impl WrittenKeys {
+impl KeyEntries {
     fn short(&mut self, key: u16, value: u16) {
         self.entries.push([key, 0, 1, value]);
     }
