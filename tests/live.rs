@@ -10,7 +10,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::{Duration, Instant};
 
 use glam::{DVec2, DVec3};
-use hedgehop::memory::{LOOKAHEAD, PageFile, PagePlan, Paging, ResidentPages};
+use hedgehop::memory::{LOOKAHEAD, PageFile, PagePlanner, Paging, ResidentPages};
 use hedgehop::progress::Silent;
 use hedgehop::render::{Engine, LivePlan, RenderOptions, Renderer};
 use hedgehop::space::{Attitude, Camera, Pose};
@@ -82,12 +82,12 @@ fn assert_never_waited(paging: Paging) {
 
 /// Says when it is asked first, and answers when it is let: the memory thread stands still meanwhile.
 struct Standstill<'a> {
-    plan: &'a dyn PagePlan,
+    plan: &'a dyn PagePlanner,
     asked: Sender<()>,
     go_on: Mutex<Receiver<()>>,
 }
 
-impl PagePlan for Standstill<'_> {
+impl PagePlanner for Standstill<'_> {
     fn needs(&self, frame: u32) -> Result<PageNeeds> {
         let _ = self.asked.send(());
         // An error once nobody lets it wait any more.
@@ -204,7 +204,7 @@ fn pictures_depend_on_the_pages_that_are_there_and_on_nothing_else() {
 /// Foresees nothing.
 struct Nothing;
 
-impl PagePlan for Nothing {
+impl PagePlanner for Nothing {
     fn needs(&self, _: u32) -> Result<PageNeeds> {
         Ok(PageNeeds::default())
     }

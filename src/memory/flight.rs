@@ -17,9 +17,9 @@ use std::sync::PoisonError;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
+use super::counters::PagingCounters;
 use super::resident::PaintInSight;
 use super::sync::{self, AtomicBool, AtomicU32, Condvar, Mutex, MutexGuard, Receiver, Sender, bounded};
-use super::tally::PagingCounters;
 use super::{Paging, ResidentPages};
 use crate::voxel::{PageId, PageNeeds};
 use hedgehop_base::error::{Error, Result};
@@ -28,7 +28,7 @@ use hedgehop_base::error::{Error, Result};
 pub const LOOKAHEAD: u32 = 30;
 
 /// Pages that a flight's frames need.
-pub trait PagePlan: Sync {
+pub trait PagePlanner: Sync {
     /// Parts of pages that a frame may touch. Bounds of coarse pages may be read for it.
     ///
     /// # Errors
@@ -114,7 +114,7 @@ impl Flight<'_> {
         self.changed.notify_all();
     }
 
-    fn look_ahead(&self, count: u32, foresight: &dyn PagePlan, news: &Receiver<()>) {
+    fn look_ahead(&self, count: u32, planner: &dyn PagePlanner, news: &Receiver<()>) {
         let _end = FlightEnd(self);
         if self.pages.is_whole() {
             return;
@@ -124,7 +124,7 @@ impl Flight<'_> {
         let mut next = 0;
         let mut needs = None;
         let mut in_sight = PaintInSight::new();
-        let leaves_paint = self.pages.budget() < u64::MAX && foresight.brings_paint();
+        let leaves_paint = self.pages.budget() < u64::MAX && planner.brings_paint();
 
         while next < count && !self.stopped.load(Ordering::Acquire) {
             let done = self.delivered.load(Ordering::Acquire);
@@ -133,13 +133,13 @@ impl Flight<'_> {
             if next < done + LOOKAHEAD {
                 // Who renders the frame meets the same error.
                 let foreseen = needs.get_or_insert_with(|| {
-                    let mut needs = foresight.needs(next).unwrap_or_default();
+                    let mut needs = planner.needs(next).unwrap_or_default();
                     if leaves_paint {
                         in_sight.push((next, needs.take_paint()));
                     }
                     needs
                 });
-                let is_behind = |page| foresight.is_behind(done, page);
+                let is_behind = |page| planner.is_behind(done, page);
                 if let Some(expected) =
                     self.pages.expect(next, foreseen, leaves_paint.then_some(&in_sight), is_behind)
                 {
@@ -181,10 +181,10 @@ impl ResidentPages {
     pub fn ahead_of<R>(
         &self,
         count: u32,
-        foresight: &dyn PagePlan,
+        planner: &dyn PagePlanner,
         fly: impl FnOnce(&Flight<'_>) -> R,
     ) -> Result<R> {
-        self.fly_beside(|flight, news| flight.look_ahead(count, foresight, news), fly)
+        self.fly_beside(|flight, news| flight.look_ahead(count, planner, news), fly)
     }
 
     /// Runs `fly` while the memory thread runs `look`, which is to end when the flight is stopped.

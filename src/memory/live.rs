@@ -16,7 +16,7 @@
 use std::collections::VecDeque;
 use std::sync::atomic::Ordering;
 
-use super::flight::{Flight, LOOKAHEAD, PagePlan};
+use super::flight::{Flight, LOOKAHEAD, PagePlanner};
 use super::resident::{PresentPages, Purpose};
 use super::sync::{AtomicU32, Receiver};
 use super::{Paging, ResidentPages};
@@ -94,7 +94,7 @@ struct Errand {
 struct Thread<'a> {
     flight: &'a Flight<'a>,
     begun: &'a AtomicU32,
-    foresight: &'a dyn PagePlan,
+    planner: &'a dyn PagePlanner,
     agenda: Agenda,
     wanted: VecDeque<PagePart>,
     /// Errands for the next frame, and for one farther ahead.
@@ -105,7 +105,7 @@ struct Thread<'a> {
 impl Thread<'_> {
     /// Does the most urgent thing; `false`: there is nothing to do before something happens.
     fn work(&mut self) -> bool {
-        let (pages, foresight) = (self.flight.pages, self.foresight);
+        let (pages, planner) = (self.flight.pages, self.planner);
         pages.deliver(self.flight.delivered.load(Ordering::Acquire));
         if let Some(frame) = self.agenda.next(self.begun.load(Ordering::Acquire)) {
             pages.forget_wanted(self.wanted.drain(..));
@@ -122,7 +122,7 @@ impl Thread<'_> {
         wanted.sort_by_key(|part| (std::cmp::Reverse(part.page().level), part.page(), *part));
         self.wanted = wanted.into();
         let now = self.agenda.begun.saturating_sub(1);
-        let is_behind = |page| foresight.is_behind(now, page);
+        let is_behind = |page| planner.is_behind(now, page);
         let has_room = pages.bring_some(&mut self.wanted, Purpose::Now(now, &is_behind));
         if has_room && !self.wanted.is_empty() {
             return true;
@@ -152,17 +152,21 @@ impl Thread<'_> {
 
     fn foresee(&self, frame: u32) -> VecDeque<PagePart> {
         // Who renders a frame meets the same error.
-        self.foresight.needs(frame).unwrap_or_default().parts.into()
+        self.planner.needs(frame).unwrap_or_default().parts.into()
     }
 }
 
 impl ResidentPages {
-    /// Runs `fly` while a thread brings in what its frames want and, as `foresight` predicts, are about to need. Frames begin with what is there: at first
-    /// that is the coarsest level, and what was there before. No path is known: `foresight` is asked for frames beyond those that have begun.
+    /// Runs `fly` while a thread brings in what its frames want and, as `planner` predicts, are about to need. Frames begin with what is there: at first
+    /// that is the coarsest level, and what was there before. No path is known: `planner` is asked for frames beyond those that have begun.
     ///
     /// # Errors
     /// A page of the coarsest level that is damaged; no thread can be started.
-    pub fn live<R>(&self, foresight: &dyn PagePlan, fly: impl FnOnce(&LiveFlight<'_, '_>) -> R) -> Result<R> {
+    pub fn live<R>(
+        &self,
+        planner: &dyn PagePlanner,
+        fly: impl FnOnce(&LiveFlight<'_, '_>) -> R,
+    ) -> Result<R> {
         // Nobody renders yet, so nobody misses what is read here.
         self.manage();
         self.bring_coarsest()?;
@@ -177,7 +181,7 @@ impl ResidentPages {
             let mut thread = Thread {
                 flight,
                 begun: &begun,
-                foresight,
+                planner,
                 agenda: Agenda::default(),
                 wanted: VecDeque::new(),
                 next: None,

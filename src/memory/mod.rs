@@ -9,33 +9,33 @@
 //! [`PageFile`] is the mapping of a database file: bytes are the system's, and checked when they are first touched. A file that is cut short
 //! meanwhile would end the process; [`guard_mapped_files`] makes an error of it.
 //! [`ResidentPages`] bounds how many of them are in memory, and counts ([`Paging`]); [`ResidentPages::ahead_of`] has a thread
-//! bring in what a flight needs. What a frame needs is told by a [`Foresight`]; this layer knows nothing of
+//! bring in what a flight needs. What a frame needs is told by a [`PagePlanner`]; this layer knows nothing of
 //! rays, and marchers know pages only as a [`crate::voxel::PageSource`]. [`PagePlan`] says what a flight will need without flying it.
 //!
 //! Of a live flight nobody knows the path: [`ResidentPages::live`] has its frames begin at once with what is in memory, as [`PresentPages`], and a
 //! coarser level stands in for what comes late.
 
 mod clock;
+mod counters;
+mod deferred_eviction;
 mod flight;
 #[cfg(unix)]
 mod guard;
 #[cfg(not(unix))]
 #[path = "unguarded.rs"]
 mod guard;
-mod leaving;
 mod live;
 mod page_file;
 mod plan;
 mod resident;
 mod sync;
-mod tally;
 #[cfg(test)]
 mod tests;
 
-pub use flight::{Flight, LOOKAHEAD, PagePlan};
+pub use counters::Paging;
+pub use flight::{Flight, LOOKAHEAD, PagePlanner};
 pub use guard::guard_mapped_files;
 pub use live::LiveFlight;
 pub use page_file::PageFile;
 pub use plan::{FrameNeeds, PagePlan};
 pub use resident::{PresentPages, ResidentPages};
-pub use tally::Paging;

@@ -10,7 +10,7 @@
 use std::collections::{HashMap, HashSet};
 use std::time::{Duration, Instant};
 
-use super::{LOOKAHEAD, PageFile, PagePlan};
+use super::{LOOKAHEAD, PageFile, PagePlanner};
 use crate::voxel::{PageId, PagePart};
 use hedgehop_base::error::{Error, Result};
 use hedgehop_base::progress::Observer;
@@ -48,7 +48,7 @@ impl PagePlan {
     pub fn new(
         file: &PageFile,
         count: u32,
-        foresight: &dyn PagePlan,
+        planner: &dyn PagePlanner,
         observer: &dyn Observer,
     ) -> Result<Self> {
         observer.begin("plan", u64::from(count), "frames");
@@ -65,7 +65,7 @@ impl PagePlan {
 
             let mut needs = FrameNeeds::default();
             known.clear();
-            for part in foresight.needs(frame)?.parts {
+            for part in planner.needs(frame)?.parts {
                 // What is absent or has no bytes is never read.
                 if file.directory().stored_part_index(part).is_none() {
                     continue;
@@ -158,7 +158,7 @@ mod tests {
     /// Frames that need these columns of the finest pages.
     struct Columns(Vec<Vec<u32>>);
 
-    impl PagePlan for Columns {
+    impl PagePlanner for Columns {
         fn needs(&self, frame: u32) -> Result<PageNeeds> {
             let posts = |&px| PagePart::posts(PageId { level: 0, px, py: 0 });
             Ok(self.0[frame as usize].iter().flat_map(posts).collect::<Vec<_>>().into())

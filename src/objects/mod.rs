@@ -13,9 +13,8 @@
 //! Bodies are asked in an order of their own, not that of a scene, and every pixel is looked at in the same way whichever square it
 //! lies in: neither insertion order nor the cut of a frame into tasks changes a byte.
 
+mod area_coverage;
 mod body;
-mod cover;
-mod coverage;
 mod glint;
 mod lens;
 mod light;
@@ -24,7 +23,8 @@ mod model;
 mod outline;
 mod pixel;
 mod plot;
-mod puff;
+mod plume;
+mod ray_coverage;
 mod shadow;
 mod shape;
 mod sheet;
@@ -38,7 +38,7 @@ pub use light::{Beam, Below, Cone, Fixture, PointLight};
 pub use mesh::{Mesh, MeshPart};
 pub use model::{Level, Model};
 pub use pixel::{BodyLight, BodyShare, PixelGround};
-pub use puff::{Puff, SeenPuff};
+pub use plume::{Puff, SeenPuff};
 pub use shadow::{Bounds, Caster, Casters, LitPatch};
 pub use shape::Shape;
 pub use view::{BodyView, Hit, SQUARE, Square, Surroundings};

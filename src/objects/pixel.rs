@@ -8,8 +8,8 @@ pub use shares::BodyShare;
 use glam::{DVec2, Vec3};
 
 use super::body::{PlacedBody, SeenForm};
-use super::cover::{Aim, Count, ONE_FACE, Pencil, RAYS, SeenFace};
 use super::plot::Plot;
+use super::ray_coverage::{Aim, Count, ONE_FACE, Pencil, RAYS, SeenFace};
 use super::sheet::Sheets;
 use super::view::{Hit, ShownBody, Square, nearest};
 use crate::simd::Isa;

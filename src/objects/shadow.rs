@@ -11,7 +11,7 @@ use std::sync::OnceLock;
 
 use glam::{DMat3, DVec2, DVec3};
 
-use super::cover::{PLACES, SunBeam};
+use super::ray_coverage::{PLACES, SunBeam};
 use super::{Body, Form, Shape};
 use crate::earth::Curvature;
 use crate::simd::{Isa, LANES};

@@ -7,9 +7,9 @@ use std::ops::Range;
 use glam::{DVec2, Vec3};
 
 use super::body::{PlacedBody, SeenForm};
-use super::cover::{MeshItem, MeshPatch, Pencil};
 use super::lens::Lens;
 use super::mesh::{Facet, Mesh, PixelBounds};
+use super::ray_coverage::{MeshItem, MeshPatch, Pencil};
 use crate::space::Footprint;
 
 /// Pixels from the middle of a pixel to its sides.
@@ -145,7 +145,7 @@ pub(super) fn are_alike(patch: &MeshPatch<'_>, a: &Facet, b: &Facet) -> bool {
         (triangle, normal)
     };
     let ((first, one), (second, other)) = (of(a), of(b));
-    if one.dot(other) < super::cover::ONE_FACE {
+    if one.dot(other) < super::ray_coverage::ONE_FACE {
         return false;
     }
     if first.varies || second.varies {

@@ -138,8 +138,8 @@ impl<'a, S: PageSource> PageCursor<'a, S> {
 
     /// The same on bare ground: at level index 0 there is nothing that stands on it.
     pub fn on_bare_ground(self) -> Self {
-        let is_built = self.source.header().is_built;
-        Self { bare: is_built, ..self }
+        let has_spans = self.source.header().has_spans;
+        Self { bare: has_spans, ..self }
     }
 
     /// The database.

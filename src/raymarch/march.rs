@@ -105,7 +105,7 @@ impl<'a, S: PageSource> Marcher<'a, S> {
         Self {
             cursor: PageCursor::new(source),
             bare: PageCursor::new(source).on_bare_ground(),
-            solids: header.is_built.then(|| Solids::new(&PageCursor::new(source))),
+            solids: header.has_spans.then(|| Solids::new(&PageCursor::new(source))),
             bare_until: bands.bare_until(),
             grid: header.grid,
             bands: bands_of(&bands, coarsest),

@@ -12,8 +12,8 @@ pub fn level_bands(header: &Header, camera: &Camera, options: &RenderOptions) ->
     match camera.footprint() {
         Footprint::Angle(angle) => {
             let bands = LevelBands::new(grid, count, angle, clearance, options.detail);
-            let is_built = header.is_built;
-            if is_built { bands.with_bare_ground(grid, angle, clearance, options.detail) } else { bands }
+            let has_spans = header.has_spans;
+            if has_spans { bands.with_bare_ground(grid, angle, clearance, options.detail) } else { bands }
         }
         Footprint::Width(width) => LevelBands::uniform(grid, count, width, options.detail),
     }

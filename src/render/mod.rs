@@ -7,32 +7,32 @@
 //! ```
 
 mod clouds;
+mod compose;
 mod exposure;
-mod fall;
-mod fan;
-mod foresight;
-mod joined;
 mod lights;
 mod limits;
 mod matte;
 mod merge;
+mod page_planner;
+mod plane_image;
 mod planes;
-mod puffs;
+mod plumes;
+mod precipitation;
 mod reference;
 mod shadows;
-mod standing;
+mod spans;
 #[cfg(test)]
-mod standing_tests;
+mod spans_tests;
 mod sunlit;
 mod surface;
 #[cfg(test)]
 mod tests;
 mod unserved;
 
+pub use compose::Overlays;
 pub use exposure::{Exposure, MOST_MOMENTS, Moment};
-pub use foresight::{FlightPlan, LivePlan};
-pub use joined::Overlays;
 pub use limits::{far_limit, level_bands};
+pub use page_planner::{FlightPlan, LivePlan};
 pub use unserved::Unserved;
 
 use std::sync::Arc;
@@ -260,7 +260,7 @@ struct SharedState {
     radiance: Radiance,
     turned: TurnedPages,
     screen: planes::LastScreen,
-    fans: Used<fan::PlaneImage>,
+    plane_images: Used<plane_image::PlaneImage>,
     pictures: Used<Vec<u8>>,
     ranges: Used<Vec<f32>>,
     profiles: Used<Profile>,
@@ -276,7 +276,7 @@ impl SharedState {
             radiance,
             turned,
             screen: planes::LastScreen::default(),
-            fans: Used::default(),
+            plane_images: Used::default(),
             pictures: Used::default(),
             ranges: Used::default(),
             profiles: Used::default(),
@@ -348,7 +348,7 @@ impl<'a, S: PageSource> Renderer<'a, S> {
             Some(view) => {
                 let needs = planes::footprint(self, &view)?;
                 Ok(match self.shared.radiance.shades() {
-                    Some(shades) => foresight::with_supports(self.source, &needs, shades.shade()),
+                    Some(shades) => page_planner::with_supports(self.source, &needs, shades.shade()),
                     None => needs,
                 })
             }

@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 
 use glam::DVec3;
 
-use super::fan::{DepthsMut, PlaneImage, first_part};
-use super::standing::{self, SpanRenderer};
+use super::plane_image::{DepthsMut, PlaneImage, first_part};
+use super::spans::{self, SpanRenderer};
 use super::{Account, Rays, Rendered, Renderer, StageTimes, Unserved, level_bands};
 use crate::frame::stage::{
     Air, Band, Cell, Depths, EdgeSums, Painter, Pixels, PlaneLight, PlaneSource, RowFill, Scale,
@@ -203,11 +203,11 @@ fn render<S: PageSource>(
     let with_range = bands.first().is_some_and(Band::has_range);
 
     // What a frame before left in it is overwritten, or not looked at.
-    let mut fan = renderer.shared.fans.take();
-    fan.cells.resize(size, Cell::default());
-    fan.inverse.resize(if with_range { size } else { 0 }, Sixteen::default());
-    let stands = with_range && renderer.source.header().is_built;
-    for tilts in &mut fan.tilts {
+    let mut plane_image = renderer.shared.plane_images.take();
+    plane_image.cells.resize(size, Cell::default());
+    plane_image.inverse.resize(if with_range { size } else { 0 }, Sixteen::default());
+    let stands = with_range && renderer.source.header().has_spans;
+    for tilts in &mut plane_image.tilts {
         tilts.resize(if stands { size } else { 0 }, Sixteen::default());
     }
 
@@ -216,11 +216,12 @@ fn render<S: PageSource>(
         view,
         farm,
         [&marching, &shading],
-        SeenGroups { groups: &groups, scale, fan: &mut fan },
+        SeenGroups { groups: &groups, scale, plane_image: &mut plane_image },
     )?;
     let tint = renderer.options.brightness().tint().to_array();
-    let depths = Depths { inverse: &fan.inverse, tilts: fan.tilts.each_ref().map(Vec::as_slice) };
-    let planes = PlaneSource { shape: &view.shape, cells: &fan.cells, scale, tint, depths };
+    let depths =
+        Depths { inverse: &plane_image.inverse, tilts: plane_image.tilts.each_ref().map(Vec::as_slice) };
+    let planes = PlaneSource { shape: &view.shape, cells: &plane_image.cells, scale, tint, depths };
     let (rows, width) = (band_rows(farm), view.camera.width as usize);
 
     farm.each(Stage::Image, bands, |index, band| {
@@ -229,7 +230,7 @@ fn render<S: PageSource>(
             Ok(())
         })
     })?;
-    renderer.shared.fans.give_back(fan);
+    renderer.shared.plane_images.give_back(plane_image);
     let times = StageTimes { march: marching.total(), shade: shading.total(), image: imaging.total() };
 
     Ok(Account { times, rays })
@@ -242,10 +243,10 @@ struct SeenGroups<'f> {
     /// Scale of the cells' codes.
     scale: Scale,
     /// Memory for it.
-    fan: &'f mut PlaneImage,
+    plane_image: &'f mut PlaneImage,
 }
 
-/// A few groups of planes, and the fan's memory of them.
+/// A few groups of planes, and the plane image's memory of them.
 struct Task<'f> {
     /// Index of the first one.
     first: usize,
@@ -269,7 +270,7 @@ impl<'f> Task<'f> {
 impl<'f> SeenGroups<'f> {
     /// Tasks of so many groups.
     fn tasks(self, per_task: usize) -> Vec<Task<'f>> {
-        let PlaneImage { cells, inverse, tilts } = self.fan;
+        let PlaneImage { cells, inverse, tilts } = self.plane_image;
         let mut cells = cells.as_mut_slice();
         let mut depths = DepthsMut { inverse, tilts: tilts.each_mut().map(Vec::as_mut_slice) };
         let chunks = self.groups.chunks(per_task).enumerate();
@@ -313,13 +314,13 @@ fn strides<S: PageSource>(renderer: &Renderer<'_, S>, view: &PlaneView<'_>) -> R
 pub fn footprint<S: PageSource>(renderer: &Renderer<'_, S>, view: &PlaneView<'_>) -> Result<PageNeeds> {
     let header = renderer.source.header();
     let (strides, _) = strides(renderer, view)?;
-    let ladder = RowTable::new(view.shape.edges(), view.shape.centres());
+    let row_table = RowTable::new(view.shape.edges(), view.shape.centres());
     let bend = renderer.options.curvature.inverse_diameter;
     let groups: Vec<_> = (0..view.shape.groups())
         .map(|index| (index, view.shape.kept(index)))
         .filter(|(_, kept)| !kept.filled.is_empty())
         .map(|(index, kept)| {
-            (view.shape.group(index, &header.grid, view.eye, bend), field(renderer, &ladder, &kept))
+            (view.shape.group(index, &header.grid, view.eye, bend), field(renderer, &row_table, &kept))
         })
         .collect();
     let bare_until = level_bands(header, view.camera, &renderer.options).bare_until();
@@ -329,10 +330,10 @@ pub fn footprint<S: PageSource>(renderer: &Renderer<'_, S>, view: &PlaneView<'_>
 }
 
 /// Returns the field that a group of planes is to see.
-fn field<S>(renderer: &Renderer<'_, S>, ladder: &RowTable, kept: &KeptPlanes) -> MarchField {
+fn field<S>(renderer: &Renderer<'_, S>, row_table: &RowTable, kept: &KeptPlanes) -> MarchField {
     let rows = kept.first..kept.first + kept.filled.len();
-    let tangents = [ladder.edges[rows.start], ladder.edges[rows.end]];
-    MarchField { tangents, row: ladder.least_row, detail: renderer.options.detail as f32 }
+    let tangents = [row_table.edges[rows.start], row_table.edges[rows.end]];
+    MarchField { tangents, row: row_table.least_row, detail: renderer.options.detail as f32 }
 }
 
 /// Scratch that a worker uses for one group after the other.
@@ -346,7 +347,7 @@ struct Worker<'a> {
 struct Paint<'a> {
     painter: Painter<'a>,
     light: Lent<'a, LightingScratch>,
-    stander: Option<SpanRenderer<'a>>,
+    span_renderer: Option<SpanRenderer<'a>>,
 }
 
 /// Scratch of lighting.
@@ -356,7 +357,7 @@ pub struct LightingScratch {
     sums: EdgeSums,
 }
 
-/// A group of planes, and the fan's memory of it.
+/// A group of planes, and the plane image's memory of it.
 struct GroupLook<'f> {
     index: usize,
     kept: &'f KeptPlanes,
@@ -389,7 +390,7 @@ fn see<S: PageSource>(
     let bare_until = level_bands(header, view.camera, &renderer.options).bare_until();
     let strides = strides.with_bare_ground(bare_until);
     let angle = view.camera.pixel_angle();
-    let ladder = RowTable::new(view.shape.edges(), view.shape.centres());
+    let row_table = RowTable::new(view.shape.edges(), view.shape.centres());
     let per_task = (farm.task_size_or(SUITABLE).lines as usize / LANES).max(1);
     let bend = renderer.options.curvature.inverse_diameter;
     let atmosphere = renderer.options.atmosphere(header);
@@ -411,7 +412,7 @@ fn see<S: PageSource>(
                     height: above_ground,
                 },
                 light: renderer.shared.lighting.lend(),
-                stander: SpanRenderer::new(renderer, view.eye),
+                span_renderer: SpanRenderer::new(renderer, view.eye),
             },
             profile: renderer.shared.profiles.lend(),
         }
@@ -419,7 +420,7 @@ fn see<S: PageSource>(
 
     let group = |index| view.shape.group(index, &header.grid, view.eye, bend);
     // Returns pages that are missing: nothing is painted then.
-    let paint = |Paint { painter, light, stander }: &mut Paint<'_>,
+    let paint = |Paint { painter, light, span_renderer }: &mut Paint<'_>,
                  group: &PlaneGroup,
                  look: &mut GroupLook<'_>,
                  profile: &Profile| {
@@ -433,7 +434,7 @@ fn see<S: PageSource>(
         if missing.is_empty() {
             let mut depths = depths.of(kept.filled.clone());
             let rows = RowFill {
-                ladder: &ladder,
+                row_table: &row_table,
                 first: kept.first,
                 cells: &mut cells[kept.filled.clone()],
                 scale,
@@ -441,21 +442,21 @@ fn see<S: PageSource>(
             };
 
             rows.fill(renderer.isa, profile, lights, &painter.air, &squares, sums);
-            if let Some(stander) = stander {
-                let (air, field) = (&painter.air, field(renderer, &ladder, kept));
-                let (bare_until, ladder, squares) = (*bare_until, &ladder, &squares);
-                let seen = standing::SeenGroup {
+            if let Some(span_renderer) = span_renderer {
+                let (air, field) = (&painter.air, field(renderer, &row_table, kept));
+                let (bare_until, row_table, squares) = (*bare_until, &row_table, &squares);
+                let seen = spans::SeenGroup {
                     group,
                     profile,
                     bare_until,
                     field,
-                    ladder,
+                    row_table,
                     kept,
                     scale,
                     air,
                     squares,
                 };
-                stander.put(&seen, &mut cells[kept.filled.clone()], depths.of(0..kept.filled.len()))?;
+                span_renderer.put(&seen, &mut cells[kept.filled.clone()], depths.of(0..kept.filled.len()))?;
             }
 
             view.shape.finish(*index, depths.inverse, depths.tilts);
@@ -470,14 +471,14 @@ fn see<S: PageSource>(
         |worker, _, task| {
             for mut look in task.looks() {
                 let kept = look.kept;
-                let (group, field) = (group(look.index), field(renderer, &ladder, kept));
+                let (group, field) = (group(look.index), field(renderer, &row_table, kept));
                 let Worker { march, paint: brush, profile } = worker;
                 look.bare_until =
                     marching.time(|| march.see(renderer.isa, view.eye, &group, field, profile))?;
                 let rows = kept.first..kept.first + kept.filled.len();
                 let seen = Rays {
                     all: (rows.len() * LANES) as u64,
-                    coarser: profile.rows_stood_in(&ladder.centres[rows]),
+                    coarser: profile.rows_stood_in(&row_table.centres[rows]),
                 };
                 *rays.lock().unwrap_or_else(PoisonError::into_inner) += seen;
                 if let Some((heights, step)) = brush.painter.air.edge() {

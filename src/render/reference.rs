@@ -96,7 +96,7 @@ fn render_subimage<S: PageSource>(
     for (column, contacts) in columns.zip(&contacts) {
         for (row, contact) in contacts.iter().enumerate() {
             let ray = camera.ray(f64::from(column) + 0.5, row as f64 + 0.5);
-            let Some(ray) = ray.filter(|_| contact.is_some() || header.is_built) else {
+            let Some(ray) = ray.filter(|_| contact.is_some() || header.has_spans) else {
                 pixels.push(Pixel::default());
                 continue;
             };

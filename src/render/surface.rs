@@ -41,7 +41,7 @@ pub fn describe<S: PageSource>(
         .collect();
 
     farm.each(Stage::Image, tasks, |task, ((((normal, level), id), range), outlines)| {
-        let mut sight = SurfaceProbe {
+        let mut segment = SurfaceProbe {
             marcher: reference::marcher(source, &camera, &renderer.options),
             filter: SurfaceFilter::new(source, camera.footprint()),
             bands: level_bands(source.header(), &camera, &renderer.options),
@@ -51,8 +51,8 @@ pub fn describe<S: PageSource>(
         for (pixel, range) in range.iter_mut().enumerate() {
             let (column, row) = (pixel % width, task * rows + pixel / width);
             let Some(ray) = camera.ray(column as f64 + 0.5, row as f64 + 0.5) else { continue };
-            let ray = sight.marcher.ray(ray.origin, ray.direction);
-            let Some(seen) = sight.look(&ray, *range, outlines[pixel])? else {
+            let ray = segment.marcher.ray(ray.origin, ray.direction);
+            let Some(seen) = segment.look(&ray, *range, outlines[pixel])? else {
                 *range = f32::INFINITY;
                 continue;
             };

@@ -280,7 +280,7 @@ impl FixedHeader {
             level_count: fixed.grid.level_count(),
             heights: fixed.heights,
             height_range: fixed.height_range,
-            is_built: directory.has_bare(),
+            has_spans: directory.has_bare(),
             objects: Arc::new(objects),
             content_hash: fixed.content_hash,
             metadata,

@@ -37,7 +37,7 @@ pub struct Header {
     /// Lowest and highest surface, bare ground and what stands on it included, metres above the vertical datum; (0, 0) if there is none at all.
     pub height_range: (f64, f64),
     /// Whether something stands on the ground somewhere: there are pages of [bare ground](super::BARE).
-    pub is_built: bool,
+    pub has_spans: bool,
     /// Objects that stand in many places.
     pub objects: Arc<SharedObjects>,
     /// Identity of the content.

@@ -25,7 +25,7 @@ pub trait PageSource: Sync {
     fn bounds(&self, id: PageId) -> Result<Option<BoundsView<'_>>>;
 
     /// Returns what stands on a page of bare ground, as [`Self::page`]; nothing on others. Nobody asks for bare ground unless the header says that
-    /// [something stands](Header::is_built), and who gives out such an area must tell what.
+    /// [something stands](Header::has_spans), and who gives out such an area must tell what.
     fn spans(&self, id: PageId) -> Result<Option<SpansView<'_>>> {
         let _ = id;
         Ok(None)
@@ -33,7 +33,7 @@ pub trait PageSource: Sync {
 
     /// The page that has the ground of `id`: of a page of bare ground that is absent, that of level index 0, where nothing stands.
     fn ground_of(&self, id: PageId) -> PageId {
-        if id.is_bare() && self.header().is_built && self.has(id) { id } else { id.surface() }
+        if id.is_bare() && self.header().has_spans && self.has(id) { id } else { id.surface() }
     }
 
     /// Whether the page is stored and was not left out as damaged; told without reading it where that can be.

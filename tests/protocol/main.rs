@@ -14,7 +14,7 @@ use hedgehop::voxel::{
     AlignedBytes, Grid, Metadata, PageId, PageNeeds, PagePart, PageSource, build_in_memory,
 };
 use hedgehop::{Result, voxel};
-use memory::{Foresight, PageFile, PresentPages, ResidentPages, sync};
+use memory::{PageFile, PagePlanner, PresentPages, ResidentPages, sync};
 use shuttle::scheduler::{PctScheduler, RandomScheduler, Scheduler};
 use shuttle::{Config, Runner};
 
@@ -112,7 +112,7 @@ struct Plan<'a>(&'a ResidentPages);
 /// The same, of frames that have paint brought once it is in sight.
 struct Sighted<'a>(Plan<'a>);
 
-impl Foresight for Sighted<'_> {
+impl PagePlanner for Sighted<'_> {
     fn needs(&self, frame: u32) -> Result<PageNeeds> {
         self.0.needs(frame)
     }
@@ -126,7 +126,7 @@ impl Foresight for Sighted<'_> {
     }
 }
 
-impl Foresight for Plan<'_> {
+impl PagePlanner for Plan<'_> {
     fn needs(&self, frame: u32) -> Result<PageNeeds> {
         touch(self.0, FORESEEN_WITH)?;
         Ok(view(frame).into())
@@ -140,7 +140,7 @@ impl Foresight for Plan<'_> {
 /// Nobody foresees anything.
 struct Blind;
 
-impl Foresight for Blind {
+impl PagePlanner for Blind {
     fn needs(&self, _: u32) -> Result<PageNeeds> {
         Ok(PageNeeds::default())
     }
@@ -204,7 +204,7 @@ fn fly(pages: &ResidentPages, frames: u32, beside: Option<PagePart>) {
     fly_by(&Plan(pages), pages, frames, beside);
 }
 
-fn fly_by(plan: &dyn Foresight, pages: &ResidentPages, frames: u32, beside: Option<PagePart>) {
+fn fly_by(plan: &dyn PagePlanner, pages: &ResidentPages, frames: u32, beside: Option<PagePart>) {
     let render = |frame: u32| {
         let (paint, others): (Vec<_>, Vec<_>) =
             view(frame).into_iter().chain(beside).partition(|part| matches!(part, PagePart::Paint(_)));
@@ -343,8 +343,8 @@ fn see_twice(present: &PresentPages<'_>, parts: &[PagePart]) -> usize {
 }
 
 /// Frames that do not wait, two of them at a time, each with two workers.
-fn fly_late(pages: &ResidentPages, frames: u32, foresight: &dyn Foresight) {
-    let flown = pages.live(foresight, |flight| {
+fn fly_late(pages: &ResidentPages, frames: u32, planner: &dyn PagePlanner) {
+    let flown = pages.live(planner, |flight| {
         sync::scope(|scope| {
             let mut in_flight = VecDeque::new();
             for frame in 0..frames {
@@ -379,7 +379,7 @@ fn what_a_frame_that_does_not_wait_began_with_stays() {
             let budget = kept + room;
             let pages = open(Some(budget));
             fly_late(&pages, FRAMES, &Plan(&pages));
-            // Foresight takes what it needs; frames get along with what there is room for.
+            // PagePlanner takes what it needs; frames get along with what there is room for.
             let most = budget + bytes_of([FORESEEN_WITH]);
             assert!(pages.paging().resident_bytes_most <= most, "{:?}, not {most}", pages.paging());
         });

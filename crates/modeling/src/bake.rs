@@ -13,9 +13,9 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
-use super::census::Census;
-use super::room;
-use super::steps::{self, BuildCache, MadeRecord};
+use super::build_cache::{self, BuildCache, MadeRecord};
+use super::counts::PageCounts;
+use super::disk_space;
 use super::workers::in_order;
 use super::writing::Page;
 use hedgehop::sunlight::{Daylight, SHADE_APRON, Shade, ShadePage, Shades, Sun};
@@ -86,30 +86,30 @@ pub fn bake_shadows(baking: &Baking<'_>, observer: &dyn Observer) -> Result<Bake
     }
 
     check_shadows(sun)?;
-    let steps = baking.steps.then(|| BuildCache::of(output));
+    let cache = baking.steps.then(|| BuildCache::of(output));
 
     // Pages stay as long as they are. Where some are known, they may stay in their places, too.
-    let bytes: u64 = directory.present().map(|(_, entry)| room::placed(entry.length)).sum();
-    if !steps.as_ref().is_some_and(BuildCache::knows_pages) {
-        room::check_bytes(output, bytes)?;
+    let bytes: u64 = directory.present().map(|(_, entry)| disk_space::placed(entry.length)).sum();
+    if !cache.as_ref().is_some_and(BuildCache::knows_pages) {
+        disk_space::check_bytes(output, bytes)?;
     }
 
     let mut writer = PageWriter::create(output, header.grid, header.heights, overwrite)?
         .with_objects(Arc::clone(&header.objects));
     writer.expect(bytes + header.objects.to_bytes().len() as u64);
-    let mut writer = steps::begin(steps.as_ref(), writer, HELD)?;
+    let mut writer = build_cache::begin(cache.as_ref(), writer, HELD)?;
     let shades = Shades::new(Shade::new(header, sun), KEPT);
     let oven = Oven { source, shades, daylight: Daylight::new(sun), finer: writer.readback() };
     let keys =
-        steps.as_ref().map(|steps| (steps, BakingKeys::new((source, directory), sun, &oven.shades, steps)));
+        cache.as_ref().map(|cache| (cache, BakingKeys::new((source, directory), sun, &oven.shades, cache)));
     let mut written = BakedPages::default();
     if let Err(error) = bake_pages(&oven, baking, keys.as_ref(), &mut writer, &mut written, observer) {
-        return Err(steps::kept(steps.as_ref(), writer, written.pages, error));
+        return Err(build_cache::kept(cache.as_ref(), writer, written.pages, error));
     }
 
     source.intact()?;
     let metadata = Metadata { baked_sun: Some([sun.azimuth, sun.elevation]), ..header.metadata.clone() };
-    let (content_hash, bytes) = steps::publish(steps.as_ref(), writer, &metadata, header.height_range)?;
+    let (content_hash, bytes) = build_cache::publish(cache.as_ref(), writer, &metadata, header.height_range)?;
 
     Ok(Baked { content_hash, bytes, pages: written.pages, reused: written.reused })
 }
@@ -149,7 +149,7 @@ fn bake_pages(
                 let key = trace.map(|(_, keys)| keys.of(id, &oven.finer)).transpose()?;
                 let known = trace
                     .zip(key)
-                    .and_then(|((steps, _), key)| steps.page(&oven.source.header().grid, id, key, scratch));
+                    .and_then(|((cache, _), key)| cache.page(&oven.source.header().grid, id, key, scratch));
                 let page = match known {
                     Some(known) => Page::Reused(known.page),
                     None => Page::Made(oven.page(id)?),
@@ -161,10 +161,15 @@ fn bake_pages(
                 written.pages += 1;
                 written.reused += u64::from(matches!(page, Page::Reused(_)));
                 page.append_to(writer)?;
-                let made =
-                    |(key, entry)| MadeRecord { id, entry, key, census: Census::default(), has_bare: false };
+                let made = |(key, entry)| MadeRecord {
+                    id,
+                    entry,
+                    key,
+                    counts: PageCounts::default(),
+                    has_bare: false,
+                };
                 let noted = key.zip(oven.finer.entry(id)).map(made);
-                trace.map_or(Ok(()), |(steps, _)| steps.made(noted.as_slice()))?;
+                trace.map_or(Ok(()), |(cache, _)| cache.made(noted.as_slice()))?;
                 if task % ROUND == 0 || task + 1 == pages.len() as u64 {
                     oven.shades.begin_frame();
                 }

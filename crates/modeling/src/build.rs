@@ -23,13 +23,15 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use super::budget::Budget;
-use super::census::Census;
+use super::build_cache::{self, BuildCache, PageKeys, SourceKeys};
 use super::cloud;
 use super::corridor::Corridor;
+use super::counts::PageCounts;
+use super::disk_space::DiskSpace;
+use super::feature_solids::{self, FeatureSolids};
 use super::features;
 use super::fineness;
 use super::footprint::Bounds;
-use super::hints;
 use super::inputs::{self, Input, Inputs};
 use super::land_cover::{self, CoverInput};
 use super::mosaic;
@@ -40,14 +42,12 @@ use super::placed::{ElevationInput, ImageryInput};
 use super::placing::Collection;
 use super::plan::{self, Plan};
 use super::reach::Reach;
-use super::room::DiskSpace;
 use super::scan::{self, Survey};
 use super::sources;
-use super::standing::{self, FeatureSolids};
-use super::steps::{self, BuildCache, PageKeys, SourceKeys};
 use super::synthetic::Roughness;
 use super::tint::Tint;
 use super::vertical;
+use super::warnings;
 use super::warp::{self, Rect};
 use super::writing::{Written, write_pages};
 use hedgehop::voxel::{
@@ -112,7 +112,7 @@ pub fn outline(options: &BuildOptions) -> Result<Outline> {
     let budget = Budget::of(options)?;
     let inputs = inputs::open_all(options, budget.cache, &Silent)?;
     let plan = plan::plan(&inputs, options)?;
-    let outside = hints::all_outside(&inputs, &plan, options)?;
+    let outside = warnings::all_outside(&inputs, &plan, options)?;
     let reaches =
         inputs.elevation.iter().map(|raster| Ok(raster.place(&plan)?.1)).collect::<Result<Vec<_>>>()?;
     let sparse = sparse_note(&reaches, &plan).filter(|_| !options.synthetic.has_base());
@@ -205,24 +205,24 @@ pub(super) fn build_from(
 ) -> Result<BuildReport> {
     let plan = plan::plan(&inputs, options)?;
     let reach = Reach::of(&inputs, &plan, options)?;
-    let room = DiskSpace { plan: &plan, output: &options.output, builds: inputs.is_built(), reach: &reach };
+    let room = DiskSpace { plan: &plan, output: &options.output, builds: inputs.has_spans(), reach: &reach };
     if !plan.stored.is_all() {
         budget.check_directory(Directory::page_count(&plan.grid).map_err(Error::Configuration)?)?;
     }
 
     let mut metadata = describe(&inputs, &plan, options)?;
-    metadata.notes.extend(hints::outside(options, &plan.grid).into_iter().map(|(_, note)| note));
-    metadata.notes.extend(hints::clouds_outside(&inputs, &plan)?);
+    metadata.notes.extend(warnings::outside(options, &plan.grid).into_iter().map(|(_, note)| note));
+    metadata.notes.extend(warnings::clouds_outside(&inputs, &plan)?);
     metadata.notes.iter().for_each(|note| observer.note(note));
     let datum = vertical::common_datum(&datums(&inputs), plan.crs.is_local());
-    let steps = options.steps.then(|| BuildCache::of(&options.output).kept_for(options.kept_for.as_deref()));
-    if !steps.as_ref().is_some_and(BuildCache::knows_pages) {
+    let cache = options.steps.then(|| BuildCache::of(&options.output).kept_for(options.kept_for.as_deref()));
+    if !cache.as_ref().is_some_and(BuildCache::knows_pages) {
         room.check(observer)?;
     }
 
     let keys =
-        steps.as_ref().map(|steps| SourceKeys::of(&inputs, &plan, datum, options, steps)).transpose()?;
-    let traced = steps.as_ref().zip(keys.as_ref());
+        cache.as_ref().map(|cache| SourceKeys::of(&inputs, &plan, datum, options, cache)).transpose()?;
+    let traced = cache.as_ref().zip(keys.as_ref());
     let imagery_paths: Vec<PathBuf> = inputs.imagery.iter().map(|raster| raster.path.clone()).collect();
     let features = std::mem::take(&mut inputs.features);
     let clouds = std::mem::take(&mut inputs.clouds);
@@ -238,7 +238,7 @@ pub(super) fn build_from(
         metadata.notes.push(note);
     }
 
-    let mut standees = None;
+    let mut cloud_solids = None;
     if !clouds.is_empty() {
         let beside = (options.output.as_path(), &budget);
         let prepared = cloud::prepare(&clouds, &plan, datum, beside, observer)?;
@@ -248,7 +248,7 @@ pub(super) fn build_from(
         }
         elevation.iter_mut().zip(prepared.elevation).for_each(|(input, points)| *input = points);
         imagery.extend(prepared.imagery);
-        standees = prepared.standees;
+        cloud_solids = prepared.cloud_solids;
     }
 
     let measure = options.synthetic.detail.is_some_and(|detail| detail.roughness == Roughness::Auto);
@@ -279,21 +279,21 @@ pub(super) fn build_from(
         materials: &options.materials,
         synthetic: &options.synthetic,
         interpolation: options.interpolation,
-        standing: None,
-        standees: None,
+        feature_solids: None,
+        cloud_solids: None,
         objects: None,
         shared: &SharedObjects::default(),
         window_bytes: budget.window,
     };
 
-    let mut standing = if features.is_empty() {
+    let mut feature_solids = if features.is_empty() {
         None
     } else {
-        let (features, notes) = standing::place(&features, &plan)?;
+        let (features, notes) = feature_solids::place(&features, &plan)?;
         notes.iter().for_each(|note| observer.note(note));
         metadata.notes.extend(notes);
-        let steps = traced.map(|(steps, keys)| (steps, keys.ground()));
-        Some(FeatureSolids::new(features, (&natural, high), steps, budget.threads, observer)?)
+        let cache = traced.map(|(cache, keys)| (cache, keys.ground()));
+        Some(FeatureSolids::new(features, (&natural, high), cache, budget.threads, observer)?)
     };
 
     let mut objects = if models.0.is_empty() && models.1.is_empty() {
@@ -305,43 +305,44 @@ pub(super) fn build_from(
         Some(objects)
     };
 
-    let tops = objects.as_ref().map_or(high, |objects| standing::with_room(high, objects.highest()));
-    let high = standing.as_ref().map_or(high, |standing| standing.highest(high));
-    let high = standees.as_ref().map_or(high, |standees| standees.highest(high));
+    let tops = objects.as_ref().map_or(high, |objects| feature_solids::with_room(high, objects.highest()));
+    let high = feature_solids.as_ref().map_or(high, |feature_solids| feature_solids.highest(high));
+    let high = cloud_solids.as_ref().map_or(high, |cloud_solids| cloud_solids.highest(high));
     let code = HeightCode::spanning(low, high.max(tops));
-    if let Some(note) = hints::coarse_steps(HeightCode::spanning(low, high), code) {
+    if let Some(note) = warnings::coarse_steps(HeightCode::spanning(low, high), code) {
         observer.note(&note);
         metadata.notes.push(note);
     }
 
     let mut collection = Collection::new(plan.grid, code, &options.materials);
-    if let Some(standing) = &mut standing {
-        standing.share(plan.grid.spacing, &mut collection);
+    if let Some(feature_solids) = &mut feature_solids {
+        feature_solids.share(plan.grid.spacing, &mut collection);
     }
     if let Some(objects) = &mut objects {
         objects.share(&plan.grid, &mut collection);
     }
 
     let shared = Arc::new(collection.into_shared());
-    let (standing, objects, standees) = (standing.as_ref(), objects.as_ref(), standees.as_ref());
-    let project = Project { code, standing, standees, objects, shared: &shared, ..natural };
+    let (feature_solids, objects, cloud_solids) =
+        (feature_solids.as_ref(), objects.as_ref(), cloud_solids.as_ref());
+    let project = Project { code, feature_solids, cloud_solids, objects, shared: &shared, ..natural };
     let page_keys = keys.as_ref().map(|keys| {
         let sources = (&elevation[..], &imagery[..], &land_cover[..]);
-        PageKeys::new(keys, sources, options.nodata_fill, (plan.grid, code), &tint, (standing, objects))
+        PageKeys::new(keys, sources, options.nodata_fill, (plan.grid, code), &tint, (feature_solids, objects))
             .with_shared(&shared)
     });
     let mut writer = PageWriter::create(&options.output, plan.grid, code, options.overwrite)?
         .with_objects(Arc::clone(&shared));
     writer.expect(room.most_bytes() + shared.to_bytes().len() as u64);
-    let trace = steps.as_ref().zip(page_keys.as_ref());
-    let mut writer = steps::begin(steps.as_ref(), writer, budget.changes)?;
+    let trace = cache.as_ref().zip(page_keys.as_ref());
+    let mut writer = build_cache::begin(cache.as_ref(), writer, budget.changes)?;
     let mut written = Written::default();
     if let Err(error) = write_pages(&project, budget.threads, trace, &mut writer, &mut written, observer) {
-        return Err(steps::kept(steps.as_ref(), writer, written.pages, error));
+        return Err(build_cache::kept(cache.as_ref(), writer, written.pages, error));
     }
 
-    let census = written.census;
-    if census.empty == census.voxels {
+    let counts = written.counts;
+    if counts.empty == counts.voxels {
         return Err(Error::Configuration(format!(
             "no voxel of {} m gets a height: elevation data covers less than half of each; \
              choose a smaller --spacing or look at --bbox",
@@ -350,26 +351,26 @@ pub(super) fn build_from(
     }
 
     let is_dressed = imagery.is_empty() || options.synthetic.has_colours();
-    let bare = hints::bare(&census, is_dressed, !land_cover.is_empty());
-    for note in bare.into_iter().chain(hints::voids(&census, options)) {
+    let bare = warnings::bare(&counts, is_dressed, !land_cover.is_empty());
+    for note in bare.into_iter().chain(warnings::voids(&counts, options)) {
         observer.note(&note);
         metadata.notes.push(note);
     }
 
-    let share = |count: u64| count as f64 / census.voxels.max(1) as f64;
+    let share = |count: u64| count as f64 / counts.voxels.max(1) as f64;
     metadata.vertical_datum = datum.label().to_owned();
-    metadata.materials = options.materials.records(census.classes.numbers());
-    metadata.void_share = share(census.voids);
-    metadata.filled_share = Some(share(census.filled)).filter(|share| *share > 0.0);
-    metadata.empty_share = share(census.empty);
-    let range = decoded_range(&code, &census);
-    let (content_hash, bytes) = steps::publish(steps.as_ref(), writer, &metadata, range)?;
+    metadata.materials = options.materials.records(counts.classes.numbers());
+    metadata.void_share = share(counts.voids);
+    metadata.filled_share = Some(share(counts.filled)).filter(|share| *share > 0.0);
+    metadata.empty_share = share(counts.empty);
+    let range = decoded_range(&code, &counts);
+    let (content_hash, bytes) = build_cache::publish(cache.as_ref(), writer, &metadata, range)?;
 
     Ok(BuildReport {
         grid: plan.grid,
         content_hash,
         bytes,
-        voxels: census.made,
+        voxels: counts.made,
         void_share: metadata.void_share,
         pages: written.pages,
         reused: written.reused,
@@ -497,7 +498,7 @@ fn height_span(
     })
 }
 
-fn decoded_range(code: &HeightCode, census: &Census) -> (f64, f64) {
-    let (low, high) = census.codes.unwrap_or((1, 1));
+fn decoded_range(code: &HeightCode, counts: &PageCounts) -> (f64, f64) {
+    let (low, high) = counts.codes.unwrap_or((1, 1));
     (code.offset + code.scale * f64::from(low), code.offset + code.scale * f64::from(high))
 }

@@ -16,8 +16,8 @@ use std::sync::Arc;
 
 use glam::DVec2;
 
-use super::room;
-use super::tally::Tally;
+use super::counts::PageCounts;
+use super::disk_space;
 use super::workers::in_order;
 use hedgehop::voxel::{
     APRON, Attributes, BARE, ContentHash, EncodedPage, Grid, Metadata, PAGE_SIDE, PageBuffer, PageId,
@@ -111,8 +111,8 @@ pub fn extract(
     let ids = knife.ids(pages);
     let count = |level: u8| ids.iter().filter(|id| id.level == level).count() as u64;
     let objects = header.objects.to_bytes().len() as u64;
-    writer.expect(room::most_bytes(&part.grid, count, count(BARE)) + objects);
-    let mut tally = Tally::default();
+    writer.expect(disk_space::most_bytes(&part.grid, count, count(BARE)) + objects);
+    let mut counts = PageCounts::default();
     observer.begin("pages", ids.len() as u64, "pages");
 
     // Coarser pages are made from finer ones that have been written.
@@ -124,11 +124,14 @@ pub fn extract(
             || (),
             |(), task| {
                 let page = knife.page(ids[task as usize])?;
-                Ok((Tally::of(&page, ids[task as usize], &header.objects), page.encode(ids[task as usize])))
+                Ok((
+                    PageCounts::of_stored(&page, ids[task as usize], &header.objects),
+                    page.encode(ids[task as usize]),
+                ))
             },
-            |_, (own, page): (Tally, EncodedPage)| {
+            |_, (own, page): (PageCounts, EncodedPage)| {
                 writer.append(&page)?;
-                tally.add(&own);
+                counts.add(&own);
                 observer.advance(1);
                 Ok(())
             },
@@ -137,13 +140,13 @@ pub fn extract(
 
     observer.end();
     source.intact()?;
-    let mut metadata: Metadata = tally.metadata(&header.metadata);
+    let mut metadata: Metadata = counts.metadata(&header.metadata);
     let note = "a part of a larger database";
     if metadata.notes.iter().all(|told| told != note) {
         metadata.notes.push(note.into());
     }
 
-    writer.finish(&metadata, tally.height_range(header.heights))
+    writer.finish(&metadata, counts.height_range(header.heights))
 }
 
 /// Cuts pages out.
@@ -167,7 +170,7 @@ impl Knife<'_> {
             sparse.is_none_or(|sparse| id.level > sparse) || self.source.has(self.part.of_whole(*id))
         };
         let mut ids: Vec<PageId> = (0..grid.level_count()).flat_map(of_level).filter(is_stored).collect();
-        if self.source.header().is_built {
+        if self.source.header().has_spans {
             let bare = of_level(0).map(PageId::bare);
             ids.extend(bare.filter(|id| self.source.has(self.part.of_whole(*id))));
         }

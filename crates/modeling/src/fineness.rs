@@ -1,10 +1,10 @@
 //! Fineness of imagery beside the voxels that keep its colours.
 
 use super::cloud::Cloud;
-use super::hints;
 use super::inputs::{Inputs, file_name};
 use super::options::BuildOptions;
 use super::plan::Plan;
+use super::warnings;
 use hedgehop_base::error::Result;
 
 /// Ratio of a pixel's and a voxel's width from which on it is worth a word.
@@ -22,7 +22,7 @@ pub(super) struct Fineness {
 pub(super) fn of_imagery(inputs: &Inputs, plan: &Plan, options: &BuildOptions) -> Result<Fineness> {
     let mut finest: Option<(f64, String)> = None;
     for raster in &inputs.imagery {
-        let is_elsewhere = hints::misplaced_raster(raster, plan)?.is_some();
+        let is_elsewhere = warnings::misplaced_raster(raster, plan)?.is_some();
         let Some(side) = raster.pixel_side(&plan.crs)?.filter(|_| !is_elsewhere) else { continue };
         if finest.as_ref().is_none_or(|(least, _)| side < *least) {
             finest = Some((side, file_name(&raster.path)));

@@ -61,7 +61,7 @@ pub(super) struct Inputs {
 
 impl Inputs {
     /// Whether something may stand on the ground.
-    pub fn is_built(&self) -> bool {
+    pub fn has_spans(&self) -> bool {
         let Self { clouds, features, objects, scatters, .. } = self;
         !(clouds.is_empty() && features.is_empty() && objects.is_empty() && scatters.is_empty())
     }

@@ -15,8 +15,8 @@ use std::path::Path;
 
 use glam::DVec2;
 
-use super::room;
-use super::tally::Tally;
+use super::counts::PageCounts;
+use super::disk_space;
 use super::workers::in_order;
 use hedgehop::voxel::{
     APRON, Attributes, BLOCK_SIDE, BlockSpans, EncodedPage, Grid, HeightCode, Metadata, PAGE_SIDE,
@@ -161,7 +161,7 @@ impl<'s> Merger<'s> {
                     "{name} does not store {missing}: databases with corridors cannot be merged"
                 ));
             }
-            if own.is_built && feather > 0.0 {
+            if own.has_spans && feather > 0.0 {
                 return wrong(format!(
                     "{name} has what stands on the ground, which cannot be blended; merge without blending"
                 ));
@@ -227,10 +227,10 @@ impl<'s> Merger<'s> {
             let (columns, rows) = self.grid.page_dims(level);
             u64::from(columns) * u64::from(rows)
         };
-        let bare = if self.layers.iter().any(|layer| layer.source.header().is_built) { pages(0) } else { 0 };
-        writer.expect(room::most_bytes(&self.grid, pages, bare));
+        let bare = if self.layers.iter().any(|layer| layer.source.header().has_spans) { pages(0) } else { 0 };
+        writer.expect(disk_space::most_bytes(&self.grid, pages, bare));
         let finer = writer.readback();
-        let (mut tally, mut join) = (Tally::default(), Join::default());
+        let (mut counts, mut join) = (PageCounts::default(), Join::default());
         let ids = |level: u8| -> Vec<PageId> {
             let (columns, rows) = self.grid.page_dims(level);
             (0..rows).flat_map(|py| (0..columns).map(move |px| PageId { level, px, py })).collect()
@@ -246,9 +246,9 @@ impl<'s> Merger<'s> {
                 observer,
                 || (),
                 |(), task| self.pages(ids[task as usize], &finer),
-                |_, (pages, own, steps): (Vec<EncodedPage>, Tally, Join)| {
+                |_, (pages, own, steps): (Vec<EncodedPage>, PageCounts, Join)| {
                     pages.iter().try_for_each(|page| writer.append(page))?;
-                    tally.add(&own);
+                    counts.add(&own);
                     join.add(&steps);
                     observer.advance(1);
                     Ok(())
@@ -258,34 +258,35 @@ impl<'s> Merger<'s> {
 
         observer.end();
         self.layers.iter().try_for_each(|layer| layer.source.intact())?;
-        let (_, bytes) = writer.finish(&tally.metadata(&self.metadata), tally.height_range(self.heights))?;
+        let (_, bytes) =
+            writer.finish(&counts.metadata(&self.metadata), counts.height_range(self.heights))?;
 
         Ok(Merged { bytes, join })
     }
 
     /// A page, and that of bare ground under it, if there is one.
-    fn pages(&self, id: PageId, finer: &PageReadback) -> Result<(Vec<EncodedPage>, Tally, Join)> {
+    fn pages(&self, id: PageId, finer: &PageReadback) -> Result<(Vec<EncodedPage>, PageCounts, Join)> {
         if id.level > 0 {
             let page = coarse_page(finer, &self.grid, self.heights, id)?;
             return Ok((
                 vec![page.encode(id)],
-                Tally::of(&page, id, &SharedObjects::default()),
+                PageCounts::of_stored(&page, id, &SharedObjects::default()),
                 Join::default(),
             ));
         }
 
         let (surface, join) = self.finest(id, false)?;
-        let mut tally = Tally::of(&surface, id, &SharedObjects::default());
+        let mut counts = PageCounts::of_stored(&surface, id, &SharedObjects::default());
         let mut pages = vec![surface.encode(id)];
-        if self.layers.iter().any(|layer| layer.source.header().is_built) {
+        if self.layers.iter().any(|layer| layer.source.header().has_spans) {
             let (bare, _) = self.finest(id, true)?;
             if bare != surface {
-                tally.add(&Tally::of(&bare, id.bare(), &SharedObjects::default()));
+                counts.add(&PageCounts::of_stored(&bare, id.bare(), &SharedObjects::default()));
                 pages.push(bare.encode(id.bare()));
             }
         }
 
-        Ok((pages, tally, join))
+        Ok((pages, counts, join))
     }
 
     /// A page of level 1, and the steps in it between databases.
@@ -409,7 +410,7 @@ impl<'s> Merger<'s> {
         let at = [x - layer.first[0], y - layer.first[1]].map(|at| at as u32);
         let id = PageId { level: 0, px: at[0] / PAGE_SIDE, py: at[1] / PAGE_SIDE }.bare();
         let header = layer.source.header();
-        if !header.is_built || !layer.source.has(id) {
+        if !header.has_spans || !layer.source.has(id) {
             return Ok(());
         }
 

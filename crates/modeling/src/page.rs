@@ -13,11 +13,12 @@ mod painting;
 use std::collections::HashMap;
 use std::ops::Range;
 
-use super::census::Census;
 use super::cloud::CloudSolids;
 use super::corridor::Stored;
+use super::counts::PageCounts;
 use super::drape::Drape;
 use super::feather::Sheets;
+use super::feature_solids::{Built, FeatureSolids, Tiles};
 use super::fill;
 use super::land_cover::{CoverInput, LandCover, Sampler};
 use super::materials::Materials;
@@ -27,7 +28,6 @@ use super::options::{Interpolation, NodataFill};
 use super::placed::{ElevationInput, ImageryInput};
 use super::placing::{Placed, Raised, covered, on_page};
 use super::scan::Survey;
-use super::standing::{Built, FeatureSolids, Tiles};
 use super::synthetic::{self, Synthetic};
 use super::tint::Tint;
 use super::warp::{self, LevelGrid, Rect};
@@ -55,9 +55,9 @@ pub(super) struct Project<'a> {
     pub synthetic: &'a Synthetic,
     pub interpolation: Interpolation,
     /// `None`: nothing stands or lies on the ground.
-    pub standing: Option<&'a FeatureSolids>,
+    pub feature_solids: Option<&'a FeatureSolids>,
     /// The same for what point clouds show.
-    pub standees: Option<&'a CloudSolids>,
+    pub cloud_solids: Option<&'a CloudSolids>,
     /// The same for models.
     pub objects: Option<&'a Objects>,
     /// Objects that stand in many places.
@@ -85,7 +85,7 @@ struct PageGround {
 }
 
 /// A block of voxels, and which of them the sources left void.
-struct MadePage {
+struct MadeBlock {
     voxels: VoxelBlock,
     voids: Vec<bool>,
     /// Bare ground, where something stands on it.
@@ -107,7 +107,7 @@ struct Bare {
 pub(super) struct MadePage {
     pub page: PageBuffer,
     pub bare: Option<PageBuffer>,
-    pub census: Census,
+    pub counts: PageCounts,
 }
 
 impl<'a> PageMaker<'a> {
@@ -171,7 +171,7 @@ impl<'a> PageMaker<'a> {
 
         let made = self.block(around)?;
         let rows = rect.rows_in(around);
-        let census = made.census(rows.clone());
+        let counts = made.counts(rows.clone());
 
         let page = |heights: &[u16], colours: &[[u8; 3]], attributes: &[Attributes], spans: SpanTable| {
             let (low, high, relief) = Default::default();
@@ -196,13 +196,14 @@ impl<'a> PageMaker<'a> {
 
         // Where only a road was cut in, bare ground is the surface.
         let bare = bare.filter(|bare| *bare != page);
-        Ok(MadePage { page, bare, census })
+        Ok(MadePage { page, bare, counts })
     }
 
     /// Whether nothing reaches a block: it has no surface, and its voxels are all alike.
     fn is_beyond(&self, rect: Rect) -> bool {
-        let Project { elevation, imagery, land_cover, synthetic, standing, standees, objects, .. } =
-            self.project;
+        let Project {
+            elevation, imagery, land_cover, synthetic, feature_solids, cloud_solids, objects, ..
+        } = self.project;
         let level = &self.level;
         // As far as slopes ask.
         let wide = rect.grown(1, &level.grid);
@@ -212,8 +213,8 @@ impl<'a> PageMaker<'a> {
             .chain(imagery.iter().map(|source| &source.reach))
             .chain(land_cover.iter().map(|source| &source.reach));
         **synthetic == Synthetic::default()
-            && standees.is_none()
-            && standing.is_none_or(|standing| standing.margin(wide, level).is_none())
+            && cloud_solids.is_none()
+            && feature_solids.is_none_or(|feature_solids| feature_solids.margin(wide, level).is_none())
             && objects.is_none_or(|objects| objects.margin(wide, level).is_none())
             && !reaches.any(|reach| wide.meets(reach, &level.grid))
     }
@@ -235,16 +236,16 @@ impl<'a> PageMaker<'a> {
             materials.dress(&mut built.solids);
         }
 
-        if let Some(standees) = self.project.standees {
-            let mut solids = standees.solids(rect, &self.level)?;
-            if !standees.is_coloured {
+        if let Some(cloud_solids) = self.project.cloud_solids {
+            let mut solids = cloud_solids.solids(rect, &self.level)?;
+            if !cloud_solids.is_coloured {
                 materials.dress(&mut solids);
             }
             if !solids.is_empty() {
                 let built = built.get_or_insert_with(|| Built::on(natural));
                 let first = built.solids.len();
                 built.solids.extend(solids);
-                built.uncoloured = first..if standees.is_coloured { first } else { built.solids.len() };
+                built.uncoloured = first..if cloud_solids.is_coloured { first } else { built.solids.len() };
             }
         }
 
@@ -303,12 +304,12 @@ impl<'a> PageMaker<'a> {
 
     /// Raises features on a block; `None`: none reaches it.
     fn features(&mut self, rect: Rect) -> Result<Option<Built>> {
-        let Some(standing) = self.project.standing else { return Ok(None) };
-        let Some(margin) = standing.margin(rect, &self.level) else { return Ok(None) };
+        let Some(feature_solids) = self.project.feature_solids else { return Ok(None) };
+        let Some(margin) = feature_solids.margin(rect, &self.level) else { return Ok(None) };
         let wide = rect.grown(margin, &self.level.grid);
         let natural = self.ground(wide)?.surface.heights;
         let level = self.level;
-        standing.build(rect, (wide, &natural), &level, self).map(Some)
+        feature_solids.build(rect, (wide, &natural), &level, self).map(Some)
     }
 
     /// Takes the grid of another level.
@@ -318,7 +319,7 @@ impl<'a> PageMaker<'a> {
     }
 
     /// Voxels over `rect` of the level.
-    fn block(&mut self, rect: Rect) -> Result<MadePage> {
+    fn block(&mut self, rect: Rect) -> Result<MadeBlock> {
         // Slopes need a voxel around.
         let around = rect.grown(1, &self.level.grid);
         let mut ground = self.ground(around)?;
@@ -332,7 +333,7 @@ impl<'a> PageMaker<'a> {
             None => self.draped(rect, (around, &ground), built.as_mut())?,
         };
         let voids = rect.rows_in(around).map(|row| &ground.voids[row]).collect::<Vec<_>>().concat();
-        let mut made = MadePage { voids, voxels, bare: None };
+        let mut made = MadeBlock { voids, voxels, bare: None };
         for (at, share, colour) in self.project.synthetic.water(&self.level, rect) {
             let colour = self.project.materials.moved(Material::Water, colour);
             synthetic::flood(&mut made.voxels, at, share, colour);
@@ -394,17 +395,17 @@ impl MadePage {
         let attributes =
             Attributes { flags: Attributes::VOID | Attributes::NO_IMAGERY, ..Attributes::default() };
         let voxels = u64::from(size.0) * u64::from(size.1);
-        let census = Census { voxels, made: voxels, empty: voxels, ..Census::default() };
+        let counts = PageCounts { voxels, made: voxels, empty: voxels, ..PageCounts::default() };
         // What is made of its level alone has neither bounds nor slopes.
         let page = PageBuffer::empty(PageId { level: 0, ..id }, size, attributes);
-        Self { page, bare: None, census }
+        Self { page, bare: None, counts }
     }
 }
 
-impl MadePage {
+impl MadeBlock {
     /// Counts over voxels at places of the block.
-    fn census(&self, rows: impl Iterator<Item = Range<usize>>) -> Census {
-        let mut census = Census::default();
+    fn counts(&self, rows: impl Iterator<Item = Range<usize>>) -> PageCounts {
+        let mut counts = PageCounts::default();
         for row in rows {
             for at in row {
                 let code = self.voxels.heights[at];
@@ -412,15 +413,15 @@ impl MadePage {
                     code == HeightCode::EMPTY,
                     self.voxels.attributes[at].flags & Attributes::NO_IMAGERY != 0,
                 );
-                census.made += 1;
-                census.voxels += 1;
-                census.voids += u64::from(self.voids[at]);
-                census.filled += u64::from(self.voids[at] && !is_empty);
-                census.empty += u64::from(is_empty);
-                census.bare += u64::from(!is_empty && is_bare);
+                counts.made += 1;
+                counts.voxels += 1;
+                counts.voids += u64::from(self.voids[at]);
+                counts.filled += u64::from(self.voids[at] && !is_empty);
+                counts.empty += u64::from(is_empty);
+                counts.bare += u64::from(!is_empty && is_bare);
             }
         }
-        census
+        counts
     }
 }
 

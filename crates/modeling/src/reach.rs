@@ -32,7 +32,7 @@ impl Reach {
     /// # Errors
     /// A raster that has no place in the grid.
     pub fn of(inputs: &Inputs, plan: &Plan, options: &BuildOptions) -> Result<Self> {
-        if inputs.is_built() || options.synthetic != Synthetic::default() {
+        if inputs.has_spans() || options.synthetic != Synthetic::default() {
             return Ok(Self { is_everywhere: true, ..Self::default() });
         }
         let sheet = |raster: &Opened<f64>| {

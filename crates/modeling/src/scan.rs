@@ -6,10 +6,10 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::build_cache::{BuildCache, Keyer, SourceKeys};
 use super::placed::ElevationInput;
 use super::plan::Plan;
 use super::raster::Window;
-use super::steps::{BuildCache, Keyer, SourceKeys};
 use super::synthetic::Energies;
 use super::warp;
 use super::workers::in_order;
@@ -64,7 +64,7 @@ impl Coarse {
 pub(super) fn survey(
     sources: &[ElevationInput],
     plan: &Plan,
-    (steps, measure): (Option<(&BuildCache, &SourceKeys)>, bool),
+    (cache, measure): (Option<(&BuildCache, &SourceKeys)>, bool),
     threads: usize,
     observer: &dyn Observer,
 ) -> Result<Vec<Survey>> {
@@ -75,9 +75,9 @@ pub(super) fn survey(
         .zip(&plans)
         .enumerate()
         .map(|(index, (source, plan))| {
-            let step = steps.map(|(steps, keys)| {
+            let step = cache.map(|(cache, keys)| {
                 (
-                    steps,
+                    cache,
                     Keyer::of("survey")
                         .with_key(keys.elevation[index])
                         .with(&plan.window)
@@ -86,8 +86,8 @@ pub(super) fn survey(
                 )
             });
 
-            if let Some(known) = step.and_then(|(steps, key)| steps.survey(key)) {
-                step.iter().for_each(|(steps, key)| steps.surveyed(*key, &known));
+            if let Some(known) = step.and_then(|(cache, key)| cache.survey(key)) {
+                step.iter().for_each(|(cache, key)| cache.surveyed(*key, &known));
                 observer.advance(plan.count());
                 return Ok(known);
             }
@@ -107,7 +107,7 @@ pub(super) fn survey(
             )?;
 
             let survey = Survey { notes: source.samples.notes(), ..total.finish() };
-            step.iter().for_each(|(steps, key)| steps.surveyed(*key, &survey));
+            step.iter().for_each(|(cache, key)| cache.surveyed(*key, &survey));
             Ok(survey)
         })
         .collect();

@@ -1,9 +1,9 @@
 //! Writing the pages of all levels: made, or taken over where a build before made them of the same.
 
-use super::census::Census;
+use super::build_cache::{Aside, BuildCache, Key, MadeRecord, PageKeys, Reused};
 use super::corridor::Tasks;
+use super::counts::PageCounts;
 use super::page::{FromSources, MadePage, PageMaker, Project};
-use super::steps::{Aside, BuildCache, Key, MadeRecord, PageKeys, Reused};
 use super::workers::in_order;
 use hedgehop::voxel::{
     EarlierPage, EncodedPage, PageEntry, PageId, PageReadback, PageWriter, Shelf, sparse_page,
@@ -18,7 +18,7 @@ pub(super) type Trace<'a> = (&'a BuildCache, &'a PageKeys<'a>);
 #[derive(Debug, Default)]
 pub(super) struct Written {
     /// Counts over its voxels.
-    pub census: Census,
+    pub counts: PageCounts,
     /// Pages.
     pub pages: u64,
     /// Pages of these that a build before made.
@@ -38,7 +38,7 @@ struct Ready {
     page: Page,
     /// Page of bare ground.
     bare: Option<Page>,
-    census: Census,
+    counts: PageCounts,
     key: Option<Key>,
 }
 
@@ -115,27 +115,27 @@ fn write_level(
             let id = tasks.id(task);
             let key = trace.map(|(_, keys)| keys.of(id, finer));
             let known =
-                trace.zip(key).and_then(|((steps, _), key)| steps.page(&project.grid, id, key, scratch));
-            if let Some(Reused { page, bare, census }) = known {
+                trace.zip(key).and_then(|((cache, _), key)| cache.page(&project.grid, id, key, scratch));
+            if let Some(Reused { page, bare, counts }) = known {
                 let (page, bare) = (Page::Reused(page), bare.map(Page::Reused));
-                return Ok(Ready { page, bare, census, key });
+                return Ok(Ready { page, bare, counts, key });
             }
 
-            let MadePage { page, bare, census } = match id.level {
+            let MadePage { page, bare, counts } = match id.level {
                 0 => maker.make(id)?,
                 _ => {
                     let mut sources = FromSources { maker };
                     let page = sparse_page(finer, &mut sources, &project.grid, project.code, id)?;
-                    let census = Census::of_finest(&page, id, project.stored);
-                    MadePage { page, bare: None, census }
+                    let counts = PageCounts::of_finest(&page, id, project.stored);
+                    MadePage { page, bare: None, counts }
                 }
             };
 
-            let census = census.with_codes_of(&page).with_codes_of_bare(bare.as_ref(), project.shared);
+            let counts = counts.with_codes_of(&page).with_codes_of_bare(bare.as_ref(), project.shared);
             let (page, bare) =
                 (Page::Made(page.encode(id)), bare.map(|bare| Page::Made(bare.encode(id.bare()))));
 
-            Ok(Ready { page, bare, census, key })
+            Ok(Ready { page, bare, counts, key })
         },
         |_, ready: Ready| {
             let made = written.take(&ready);
@@ -161,32 +161,32 @@ fn write_level(
 impl Written {
     /// Counts a page, and that of bare ground. What is to be noted of them once they have their place.
     fn take(&mut self, ready: &Ready) -> Vec<MadeRecord> {
-        self.census.add(&ready.census);
+        self.counts.add(&ready.counts);
         self.pages += 1;
         self.reused += u64::from(matches!(ready.page, Page::Reused(_)));
         let Some(key) = ready.key else { return Vec::new() };
-        let made = |page: &Page, census, has_bare| MadeRecord {
+        let made = |page: &Page, counts, has_bare| MadeRecord {
             id: page.id(),
             entry: PageEntry::default(),
             key,
-            census,
+            counts,
             has_bare,
         };
-        let mut all = vec![made(&ready.page, ready.census, ready.bare.is_some())];
-        all.extend(ready.bare.iter().map(|bare| made(bare, Census::default(), false)));
+        let mut all = vec![made(&ready.page, ready.counts, ready.bare.is_some())];
+        all.extend(ready.bare.iter().map(|bare| made(bare, PageCounts::default(), false)));
         self.pending.extend(&all);
         all
     }
 
     /// Notes the steps of pages that have their place in the file by now.
     fn note(&mut self, trace: Option<Trace<'_>>, written: &PageReadback) -> Result<()> {
-        let Some((steps, _)) = trace else { return Ok(()) };
+        let Some((cache, _)) = trace else { return Ok(()) };
         let mut noted = Vec::new();
         self.pending.retain(|made| {
             let entry = written.entry(made.id);
             noted.extend(entry.map(|entry| MadeRecord { entry, ..*made }));
             entry.is_none()
         });
-        steps.made(&noted)
+        cache.made(&noted)
     }
 }

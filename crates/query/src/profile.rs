@@ -61,7 +61,7 @@ struct Heights<'a, S: PageSource> {
 
 impl<'a, S: PageSource> Heights<'a, S> {
     fn of(ground: Ground, source: &'a S) -> Self {
-        let counts = ground == Ground::Highest && source.header().is_built;
+        let counts = ground == Ground::Highest && source.header().has_spans;
         // Between voxels' centres the surface that is stored slopes from roofs to the ground: walls are steep.
         let cursor = Ground::Bare.cursor(source);
         let solids = counts.then(|| Solids::new(&PageCursor::new(source)));

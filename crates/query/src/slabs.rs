@@ -40,7 +40,7 @@ impl<'a, S: PageSource> Slabs<'a, S> {
     pub fn along(&mut self, ends: [DVec2; 2]) -> Result<&[Slab]> {
         self.found.clear();
         let header = self.source.header();
-        if !header.is_built {
+        if !header.has_spans {
             return Ok(&self.found);
         }
         let grid = &header.grid;

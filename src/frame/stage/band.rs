@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use glam::Vec3;
 
-use super::fan::{LookUp, PanoramaImage, PlaneSource, UprightImage};
+use super::plane_image::{LookUp, PanoramaImage, PlaneSource, UprightImage};
 use crate::raymarch::scan::PlaneArray;
 use crate::simd::math::srgb8;
 use crate::simd::{Floats, Ints, Isa, Kernel, LANES, Mask, Simd, Sixteen};
@@ -151,7 +151,7 @@ impl Kernel for Filling<'_, '_> {
 
 impl Filling<'_, '_> {
     #[inline(always)]
-    fn fill<V: Simd>(self, simd: V, fan: &impl LookUp<V>) {
+    fn fill<V: Simd>(self, simd: V, plane_image: &impl LookUp<V>) {
         let Self { mut band, planes, width, first } = self;
         let mut units = planes.scale.units();
         units.iter_mut().zip(planes.tint).for_each(|(unit, tint)| *unit *= tint);
@@ -160,8 +160,8 @@ impl Filling<'_, '_> {
         // Strip by strip: rows of one group of planes follow each other in memory.
         for column in (0..width).step_by(LANES) {
             for row in 0..count {
-                let place = fan.place(column, first + row);
-                let light = fan.light(&place);
+                let place = plane_image.place(column, first + row);
+                let light = plane_image.light(&place);
                 let (start, end) = (row * width + column, row * width + (column + LANES).min(width));
                 match &mut band.light {
                     Pixels::Srgb8(bytes) => {
@@ -173,7 +173,7 @@ impl Filling<'_, '_> {
 
                 if band.has_range() && band.asks(row * width.div_ceil(LANES) + column / LANES) {
                     let mut lanes = Sixteen::default();
-                    let (range, outlines) = fan.range(&place);
+                    let (range, outlines) = plane_image.range(&place);
                     range.store(&mut lanes.0);
                     band.range[start..end].copy_from_slice(&lanes.0[..end - start]);
                     if let Some(marks) = band.outlines.get_mut(start..end) {

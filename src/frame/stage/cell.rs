@@ -1,4 +1,4 @@
-//! Light of sixteen planes in one row, in one word each: the fan of a frame is written and read once, and what that takes is
+//! Light of sixteen planes in one row, in one word each: the plane image of a frame is written and read once, and what that takes is
 //! memory.
 //!
 //! Words hold roots of linear light, which are about as far apart as the eye tells them: red and green in 11 bits, blue in 10.

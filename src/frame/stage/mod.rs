@@ -5,7 +5,7 @@
 //!     light of each line in sight               radiance over its footprint, haze before it      paint
 //!     light of each row                         stretches by their share of it, then sky         rows
 //! each band of the screen's rows:
-//!     pixel's place among planes and rows       homography                                       fan
+//!     pixel's place among planes and rows       homography                                       plane image
 //!     its light                                 linear between planes; cubic between planes and rows, with roll
 //!     8-bit sRGB, or light and range                                                             band
 //! ```
@@ -18,8 +18,8 @@ mod air;
 mod air_tests;
 mod band;
 mod cell;
-mod fan;
 mod paint;
+mod plane_image;
 mod rows;
 mod solids;
 #[cfg(test)]
@@ -28,7 +28,7 @@ mod tests;
 pub use air::Air;
 pub use band::{Band, Pixels};
 pub use cell::{Cell, Scale};
-pub use fan::{Depths, PlaneSource};
 pub use paint::{Painter, PlaneLight};
+pub use plane_image::{Depths, PlaneSource};
 pub use rows::{EdgeSums, RowFill};
 pub use solids::SpanPaint;

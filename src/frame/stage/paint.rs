@@ -30,7 +30,7 @@ pub struct Painter<'a> {
 }
 
 impl Painter<'_> {
-    /// Light that each sight of a profile sends to the eye, through the haze between. `angle` lies between neighbouring planes, seen
+    /// Light that each segment of a profile sends to the eye, through the haze between. `angle` lies between neighbouring planes, seen
     /// along the ground, radians; `squares` is 1 + a² of each plane.
     pub fn paint(
         &mut self,
@@ -77,21 +77,21 @@ impl<const WEATHER: bool> Kernel for Painting<'_, '_, WEATHER> {
 
         let mut crossings = painter.sampler.under(simd, &planes);
         let (air, forward) = (painter.air, group.forward as i64);
-        let sights = profile.sights();
+        let segments = profile.segments();
         let mut ahead = [[TexelPlace::default(); 2]; AHEAD];
-        for (places, sight) in ahead.iter_mut().zip(sights) {
-            *places = seek(&mut crossings, &sight.line, forward)?;
+        for (places, segment) in ahead.iter_mut().zip(segments) {
+            *places = seek(&mut crossings, &segment.line, forward)?;
         }
 
-        for (index, sight) in sights.iter().enumerate() {
+        for (index, segment) in segments.iter().enumerate() {
             let [place, before] = ahead[index % AHEAD];
-            if let Some(later) = sights.get(index + AHEAD) {
+            if let Some(later) = segments.get(index + AHEAD) {
                 ahead[index % AHEAD] = seek(&mut crossings, &later.line, forward)?;
             }
 
-            let (slope, inverse) = (simd.load(&sight.slope.0), simd.load(&sight.inverse.0));
-            let colour = if sight.line.share < 1.0 {
-                let (at, share) = between_lines(simd, &sight.line, (inverse * depth).recip());
+            let (slope, inverse) = (simd.load(&segment.slope.0), simd.load(&segment.inverse.0));
+            let colour = if segment.line.share < 1.0 {
+                let (at, share) = between_lines(simd, &segment.line, (inverse * depth).recip());
                 let mut colour = crossings.sample_at(&place, at);
                 let before = crossings.sample_at(&before, at);
                 for (colour, before) in colour.iter_mut().zip(before) {
@@ -118,7 +118,7 @@ impl<const WEATHER: bool> Kernel for Painting<'_, '_, WEATHER> {
     }
 }
 
-/// Major distances of planes (units) between a sight's line and the one before it, and their share of the way from that one.
+/// Major distances of planes (units) between a segment's line and the one before it, and their share of the way from that one.
 #[inline(always)]
 fn between_lines<V: Simd>(simd: V, mark: &SampleLine, distance: V::F) -> (V::F, V::F) {
     let side = Grid::side_units(mark.level) as f32;
@@ -127,7 +127,7 @@ fn between_lines<V: Simd>(simd: V, mark: &SampleLine, distance: V::F) -> (V::F, 
     (back.neg_mul_add(simd.splat(side), line), simd.splat(1.0) - back)
 }
 
-/// Finds the line that a sight's colour comes from, and the line before it if it is asked for.
+/// Finds the line that a segment's colour comes from, and the line before it if it is asked for.
 #[inline(always)]
 fn seek<V: Simd>(
     crossings: &mut Crossings<'_, '_, V>,

@@ -25,8 +25,8 @@ const LEAST_RISE: f32 = 1.0e-20;
 
 /// Rows to fill, from the lowest.
 pub struct RowFill<'r> {
-    /// Rows of the fan.
-    pub ladder: &'r RowTable,
+    /// Rows of the plane image.
+    pub row_table: &'r RowTable,
     /// Index of the first one that is filled.
     pub first: usize,
     /// Light.
@@ -59,7 +59,7 @@ impl RowFill<'_> {
         }
     }
 
-    /// Picks these rows' own edges of those that are counted from the fan's lowest, and counts them from theirs.
+    /// Picks these rows' own edges of those that are counted from the plane image's lowest, and counts them from theirs.
     #[inline(always)]
     fn own(&self, edges: Range<usize>) -> Range<usize> {
         let own = |edge: usize| edge.saturating_sub(self.first).min(self.cells.len() + 1);
@@ -82,7 +82,7 @@ impl<const WEATHER: bool> Kernel for RowFilling<'_, '_, WEATHER> {
     #[inline(always)]
     fn run<V: Simd>(self, simd: V) {
         let Self { rows, profile, lights, air, squares, sums } = self;
-        let edges = &rows.ladder.edges[rows.first..=rows.first + rows.cells.len()];
+        let edges = &rows.row_table.edges[rows.first..=rows.first + rows.cells.len()];
         let mut covering =
             Covering { simd, covered: simd.splat(edges[0]), light: [simd.splat(0.0); 3], edges, sums, rows };
         covering.close(simd.mask(u16::MAX), 0);
@@ -90,21 +90,21 @@ impl<const WEATHER: bool> Kernel for RowFilling<'_, '_, WEATHER> {
 
         loop {
             // Where loops end is known long before they are run: they need not wait for each other.
-            spans.find(simd, &covering, profile.sights());
+            spans.find(simd, &covering, profile.segments());
             for index in 0..spans.count {
-                let sight = spans.sights[index];
-                let (Some(sights), Some(lights)) =
-                    (profile.sights().get(sight - 1..=sight), lights.get(sight - 1..=sight))
+                let segment = spans.segments[index];
+                let (Some(segments), Some(lights)) =
+                    (profile.segments().get(segment - 1..=segment), lights.get(segment - 1..=segment))
                 else {
                     continue;
                 };
                 let stretch = RowStretch {
-                    slopes: [simd.load(&sights[0].slope.0), simd.load(&sights[1].slope.0)],
-                    inverse: [&sights[0].inverse, &sights[1].inverse],
+                    slopes: [simd.load(&segments[0].slope.0), simd.load(&segments[1].slope.0)],
+                    inverse: [&segments[0].inverse, &segments[1].inverse],
                     lights: [&lights[0], &lights[1]],
                 };
-                let ladder = covering.rows.ladder;
-                let edges = ladder.between(spans.cells[0][index], spans.cells[1][index]);
+                let row_table = covering.rows.row_table;
+                let edges = row_table.between(spans.cells[0][index], spans.cells[1][index]);
                 covering.cover(&stretch, covering.rows.own(edges));
             }
 
@@ -120,33 +120,33 @@ impl<const WEATHER: bool> Kernel for RowFilling<'_, '_, WEATHER> {
 /// The next stretches that are in sight, and which edges they may cover.
 #[derive(Default)]
 struct Spans {
-    /// The sights that they end in.
-    sights: [usize; LANES],
+    /// The segments that they end in.
+    segments: [usize; LANES],
     count: usize,
-    /// Cells of the ladder, first and last.
+    /// Cells of the row table, first and last.
     cells: [[i32; LANES]; 2],
-    /// The sight to look at next.
+    /// The segment to look at next.
     at: usize,
 }
 
 impl Spans {
     /// Goes on to the next ones.
     #[inline(always)]
-    fn find<V: Simd>(&mut self, simd: V, covering: &Covering<'_, V>, sights: &[VisibleSegment]) {
+    fn find<V: Simd>(&mut self, simd: V, covering: &Covering<'_, V>, segments: &[VisibleSegment]) {
         let mut covered = covering.covered;
         let [lowest, highest] = [-NO_SLOPE, NO_SLOPE].map(|slope| simd.splat(slope));
         let mut ends = [[0.0; LANES]; 2];
         self.count = 0;
 
         while self.count < LANES
-            && let Some(sight) = sights.get(self.at)
+            && let Some(segment) = segments.get(self.at)
         {
-            let high = simd.load(&sight.slope.0);
+            let high = simd.load(&segment.slope.0);
             let rises = covered.lt(high);
-            if !sight.line.begins && rises.any() {
+            if !segment.line.begins && rises.any() {
                 ends[0][self.count] = covered.select(rises, lowest).least();
                 ends[1][self.count] = high.select(rises, highest).greatest();
-                self.sights[self.count] = self.at;
+                self.segments[self.count] = self.at;
                 self.count += 1;
                 covered = covered.max(high);
             }
@@ -154,14 +154,14 @@ impl Spans {
         }
 
         let [low, high] = ends.map(|ends| simd.load(&ends));
-        let cells = covering.rows.ladder.cells(simd, low, high);
+        let cells = covering.rows.row_table.cells(simd, low, high);
         for (cell, cells) in cells.into_iter().zip(&mut self.cells) {
             cell.store(cells);
         }
     }
 }
 
-/// The surface from one sight to the next.
+/// The surface from one segment to the next.
 struct RowStretch<'s, V: Simd> {
     slopes: [V::F; 2],
     inverse: [&'s Sixteen; 2],
@@ -235,7 +235,7 @@ impl<V: Simd> Covering<'_, V> {
         let simd = self.simd;
         let [low, high] = stretch.slopes;
         let [near, far] = stretch.inverse.map(|inverse| simd.load(&inverse.0));
-        let centres = &self.rows.ladder.centres[self.rows.first..];
+        let centres = &self.rows.row_table.centres[self.rows.first..];
         // The row above an edge that is not covered may be covered in its middle, and the one below.
         let rows = span.start.saturating_sub(1)..span.end.min(self.rows.inverse.len());
         for row in rows {
@@ -268,8 +268,8 @@ impl<V: Simd> Covering<'_, V> {
         let Self { rows, sums, covered, edges, .. } = self;
         let first_sky = (open - 1).min(rows.cells.len());
         let (ground, sky) = rows.cells.split_at_mut(first_sky);
-        let ladder = rows.ladder;
-        let (per_rows, centres) = (&ladder.per_row[rows.first..], &ladder.centres[rows.first..]);
+        let row_table = rows.row_table;
+        let (per_rows, centres) = (&row_table.per_row[rows.first..], &row_table.centres[rows.first..]);
         for ((sums, per_row), cell) in sums.windows(2).zip(per_rows).zip(ground) {
             rows.scale.encode(simd, between(simd, sums, *per_row)).store(&mut cell.0);
         }

@@ -13,8 +13,8 @@ pub const GROUND: f32 = f32::INFINITY;
 
 /// Puts what `cover` has of a group of planes before what its rows show already, with the air before it.
 pub struct SpanPaint<'r> {
-    /// Rows of the fan.
-    pub ladder: &'r RowTable,
+    /// Rows of the plane image.
+    pub row_table: &'r RowTable,
     /// Index of the first one that is filled.
     pub first: usize,
     /// Light of the rows.
@@ -54,7 +54,7 @@ impl Kernel for SpanPaint<'_> {
         let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
         for (row, seen) in self.cover.rows() {
             let (Some(cell), Some(centre)) =
-                (self.cells.get_mut(row), self.ladder.centres.get(self.first + row))
+                (self.cells.get_mut(row), self.row_table.centres.get(self.first + row))
             else {
                 continue;
             };

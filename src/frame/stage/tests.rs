@@ -14,7 +14,7 @@ use crate::simd::{Floats, Ints, Isa, Kernel, LANES, Simd, Sixteen};
 
 const ROWS: usize = 40;
 
-/// Rows of the fan below and above them.
+/// Rows of the plane image below and above them.
 const BELOW: usize = 7;
 
 /// A profile from posts: slopes, and whether the march began anew there.
@@ -47,15 +47,15 @@ fn fill(
     lights: &[PlaneLight],
     inverse: &mut [Sixteen],
 ) -> Vec<Cell> {
-    // The fan has other rows above and below.
+    // The plane image has other rows above and below.
     let below = (1..=BELOW).rev().map(|row| edges[0] - 0.02 * row as f32);
     let above = (1..=BELOW).map(|row| edges[ROWS] + 0.02 * row as f32);
     let all: Vec<f32> = below.chain(edges.iter().copied()).chain(above).collect();
     let centres = all.windows(2).map(|edge| 0.5 * (edge[0] + edge[1])).collect();
-    let ladder = RowTable::new(all, centres);
+    let row_table = RowTable::new(all, centres);
     let mut cells = vec![Cell::default(); ROWS];
     let air = Air::new(&Atmosphere::new(20_000.0, 0.0), 100.0, 500.0);
-    let rows = RowFill { ladder: &ladder, first: BELOW, cells: &mut cells, scale: Scale::ALL, inverse };
+    let rows = RowFill { row_table: &row_table, first: BELOW, cells: &mut cells, scale: Scale::ALL, inverse };
     // What was in the memory before must not matter.
     let mut sums: EdgeSums = vec![[Sixteen([f32::NAN; LANES]); 3]; 2 * ROWS];
     rows.fill(isa, profile, lights, &air, &[1.0; LANES], &mut sums);
@@ -92,36 +92,36 @@ fn expect(row: [f32; 2], floor: f32, stretches: &[([f32; 2], [f32; 2], [f32; 2])
     ((light + left * f64::from(sky)) as f32, inverse as f32)
 }
 
-/// A post's rises above the crests, light, and whether it is where the march begins anew.
+/// A post's rises above the horizons, light, and whether it is where the march begins anew.
 type Step = ([f32; LANES], [[f32; LANES]; 3], f32);
 
 fn steps() -> impl Strategy<Value = Vec<Step>> {
     vec((uniform16(-0.02_f32..0.06), uniform3(uniform16(0.02_f32..1.0)), 0.0_f32..1.0), 2..40)
 }
 
-/// Posts as a march would find them: one in twenty is a hole, one in ten begins, at or below the crest.
+/// Posts as a march would find them: one in twenty is a hole, one in ten begins, at or below the horizon.
 fn posts(steps: &[Step], steepness: f32) -> Vec<(Sixteen, bool)> {
-    let mut crest = [-0.7_f32; LANES];
+    let mut horizon = [-0.7_f32; LANES];
     let mut begun = false;
     let place = |(index, (rises, _, dice)): (usize, &Step)| {
-        // A beginning of which nothing comes is no sight.
+        // A beginning of which nothing comes is no segment.
         let begins = index == 0 || *dice < 0.1 && !begun && index + 1 < steps.len();
         begun = begins;
         let mut slopes = Sixteen::default();
-        for ((slope, rise), crest) in slopes.0.iter_mut().zip(rises).zip(&mut crest) {
+        for ((slope, rise), horizon) in slopes.0.iter_mut().zip(rises).zip(&mut horizon) {
             let is_hole = rise.to_bits() % 20 == 0;
-            *slope = if is_hole { NO_SLOPE } else { *crest + rise * steepness };
+            *slope = if is_hole { NO_SLOPE } else { *horizon + rise * steepness };
             if begins {
-                *slope = slope.min(*crest);
+                *slope = slope.min(*horizon);
             }
-            *crest = crest.max(*slope);
+            *horizon = horizon.max(*slope);
         }
         (slopes, begins)
     };
     steps.iter().enumerate().map(place).collect()
 }
 
-/// Edges that a ladder finds between pairs of tangents.
+/// Edges that a row table finds between pairs of tangents.
 struct Between<'l>(&'l RowTable, [[f32; LANES]; 2]);
 
 impl Kernel for Between<'_> {
@@ -190,11 +190,11 @@ proptest! {
         // Equal steps of elevation, up to 80 degrees and beyond.
         let edge = |row: usize| (bottom + (1.45 - bottom) * row as f32 / rows as f32).tan();
         let edges: Vec<f32> = (0..=rows).map(edge).collect();
-        let ladder = RowTable::new(edges.clone(), vec![0.0; rows]);
+        let row_table = RowTable::new(edges.clone(), vec![0.0; rows]);
         let low = ends.map(|(low, _)| if low < -1.5 { NO_SLOPE } else { low.tan() });
         let high = ends.map(|(low, rise)| if low + rise > 1.5 { -NO_SLOPE } else { (low + rise).tan() });
         for isa in Isa::available() {
-            let found = isa.run(Between(&ladder, [low, high]));
+            let found = isa.run(Between(&row_table, [low, high]));
             for (lane, found) in found.into_iter().enumerate() {
                 let first = edges.partition_point(|&edge| edge <= low[lane]);
                 let end = edges.partition_point(|&edge| edge <= high[lane]).max(first);
@@ -218,7 +218,7 @@ proptest! {
         for isa in Isa::available() {
             let mut profile = Profile::default();
             isa.run(Posts(&posts, &mut profile));
-            prop_assert_eq!(profile.sights().len(), posts.len());
+            prop_assert_eq!(profile.segments().len(), posts.len());
             let sky = fill(isa, &edges, &Profile::default(), &[], &mut []);
             let mut inverse = vec![Sixteen([f32::NAN; LANES]); ROWS];
             let cells = fill(isa, &edges, &profile, &lights, &mut inverse);

@@ -14,7 +14,7 @@ use std::collections::VecDeque;
 use std::sync::PoisonError;
 use std::sync::atomic::Ordering;
 
-use super::super::leaving::DeferredEviction;
+use super::super::deferred_eviction::DeferredEviction;
 use super::super::sync::{AtomicU8, AtomicU64, Mutex, MutexGuard, SegQueue, Sender};
 use super::{Claim, Expected, Ledger, PagingCounters, ResidentPages, state};
 use crate::voxel::{BoundsView, Header, HeightsView, PageId, PagePart, PageSource, PageView, SpansView};
@@ -26,14 +26,14 @@ const TOGETHER: usize = 4;
 /// Holdings and wants of frames that never wait.
 #[derive(Debug, Default)]
 pub(super) struct Late {
-    leaving: Mutex<DeferredEviction>,
+    deferred: Mutex<DeferredEviction>,
     /// Each part of a page once, while its state says that it is wanted.
     wanted: SegQueue<PagePart>,
 }
 
 impl Late {
-    fn leaving(&self) -> MutexGuard<'_, DeferredEviction> {
-        self.leaving.lock().unwrap_or_else(PoisonError::into_inner)
+    fn deferred(&self) -> MutexGuard<'_, DeferredEviction> {
+        self.deferred.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -114,7 +114,7 @@ impl PresentPages<'_> {
 
 impl Drop for PresentPages<'_> {
     fn drop(&mut self) {
-        self.pages.late.leaving().end(self.number);
+        self.pages.late.deferred().end(self.number);
     }
 }
 
@@ -178,7 +178,7 @@ impl ResidentPages {
     /// Takes what is in memory now, for a frame that begins.
     pub(in crate::memory) fn present<'f>(&'f self, news: &'f Sender<()>) -> PresentPages<'f> {
         // First: what leaves from now on stays for this frame.
-        let number = self.late.leaving().begin();
+        let number = self.late.deferred().begin();
         let is_here = |page: &AtomicU8| u64::from(page.load(Ordering::Acquire) & state::RESIDENT != 0);
         let word = |pages: &[_]| pages.iter().rev().fold(0, |word, page| word << 1 | is_here(page));
         let here: Box<[u64]> = self.states.chunks(64).map(word).collect();
@@ -271,23 +271,23 @@ impl ResidentPages {
     /// Bytes that will be free when frames in flight have ended.
     pub(super) fn leaving_bytes(&self) -> u64 {
         let store = self.file.store();
-        self.late.leaving().waiting().map(|index| store.part_bytes(self.part(index as usize))).sum()
+        self.late.deferred().waiting().map(|index| store.part_bytes(self.part(index as usize))).sum()
     }
 
     /// A part that was evicted goes when no frame may read it any more.
     pub(super) fn leave(&self, ledger: &mut Ledger, index: usize) {
-        self.late.leaving().leave(index as u32);
+        self.late.deferred().leave(index as u32);
         self.let_go(ledger);
     }
 
     /// Whether a part was evicted that frames may still read.
     pub(super) fn is_leaving(&self, index: usize) -> bool {
-        self.late.leaving().waiting().any(|waiting| waiting as usize == index)
+        self.late.deferred().waiting().any(|waiting| waiting as usize == index)
     }
 
     /// A part comes that frames may still hold from before: it is in memory once and counts once. Whether it is so.
     pub(super) fn come_back(&self, index: usize) -> bool {
-        self.late.leaving().come_back(index as u32)
+        self.late.deferred().come_back(index as u32)
     }
 
     /// Lets the memory of pages go that have left and that no frame may read any more.
@@ -297,7 +297,7 @@ impl ResidentPages {
 
     fn let_go(&self, ledger: &mut Ledger) {
         let store = self.file.store();
-        let next = || self.late.leaving().gone();
+        let next = || self.late.deferred().gone();
         for index in std::iter::from_fn(next).map(|index| index as usize) {
             let part = self.part(index);
             ledger.bytes -= store.part_bytes(part);

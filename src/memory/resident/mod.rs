@@ -13,21 +13,21 @@
 //! The database stays mapped whatever is resident: an eviction is advice to the system, and a view that outlives it reads the
 //! file again. What pictures show can therefore never depend on what is in memory.
 
+mod eviction;
 mod late;
 mod reading;
-mod room;
 
+pub(super) use eviction::PaintInSight;
 pub use late::PresentPages;
 pub(super) use late::Purpose;
-pub(super) use room::PaintInSight;
 
 use std::sync::PoisonError;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use super::clock::{Claim, Clock};
+use super::counters::PagingCounters;
 use super::sync::{self, AtomicU8, Condvar, Mutex, MutexGuard, ThreadId};
-use super::tally::PagingCounters;
 use super::{PageFile, Paging};
 use crate::voxel::{
     BoundsView, Header, HeightsView, PageId, PageNeeds, PagePart, PageSource, PageView, SpansView,

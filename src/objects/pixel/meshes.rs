@@ -11,9 +11,9 @@ use glam::{DVec2, DVec3, Vec2, Vec3};
 
 use super::{BodyLight, Looking, PixelGround};
 use crate::objects::body::SeenForm;
-use crate::objects::cover::{CountAll, MeshItem, MeshPatch, Pencil, Probe};
 use crate::objects::lens::Line;
 use crate::objects::mesh::Facet;
+use crate::objects::ray_coverage::{CountAll, MeshItem, MeshPatch, Pencil, Probe};
 use crate::objects::sheet::are_alike;
 use crate::objects::view::{Hit, nearest};
 use crate::space::Ray;

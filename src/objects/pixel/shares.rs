@@ -2,7 +2,7 @@
 
 use super::{BodyLight, Looking, PixelGround};
 use crate::objects::Square;
-use crate::objects::cover::RAYS;
+use crate::objects::ray_coverage::RAYS;
 use crate::simd::Isa;
 
 /// Share of a pixel that one body covers.

@@ -71,7 +71,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
     }
 
     /// Returns the mark at which the march begins at a major distance.
-    pub(super) fn first_mark(&self, block: &LineBlock, distance: f64) -> SampleLine {
+    pub(super) fn first_line(&self, block: &LineBlock, distance: f64) -> SampleLine {
         let (line, share) = self.way.line_at(block.stride.level, distance);
         let (distance, share) = (distance as f32, share as f32);
         SampleLine { distance, share, begins: true, ..self.mark(block, line) }
@@ -150,7 +150,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
     #[inline(always)]
     pub(super) fn is_steep(&self, post: &Post<V>, times: f32) -> bool {
         let simd = self.simd;
-        let begin = self.crest.max(self.last);
+        let begin = self.horizon.max(self.last);
         let [least, level] = self.steep.map(|steep| simd.splat(times * steep));
         // Of the stretch's tangents the flattest.
         let flattest = begin.max(simd.splat(0.0) - post.slope).max(simd.splat(0.0));
@@ -174,13 +174,13 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
             parts = parts.max(least);
         }
 
-        // Planes leave the area, and enter it, at distances that all have in common: crests are found by many parts.
+        // Planes leave the area, and enter it, at distances that all have in common: horizons are found by many parts.
         let at_edge = self.is_at_edge(to);
         if at_edge {
             parts = MOST_NEAR_PARTS;
         }
 
-        // Where a plane crosses a column of posts the surface has a crease, which may be a crest: half of the parts end there.
+        // Where a plane crosses a column of posts the surface has a crease, which may be a horizon: half of the parts end there.
         let simd = self.simd;
         let (near, far) = (simd.splat(from), simd.splat(to));
         let Crease { crosses, share, .. } = self.ground.crease(lines, level, [near, far]);
@@ -229,7 +229,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
 
     #[inline(always)]
     pub(super) fn join(&mut self, post: Post<V>) {
-        self.profile.add(&post, self.crest.lt(post.slope).any());
-        self.crest = self.crest.max(post.slope);
+        self.profile.add(&post, self.horizon.lt(post.slope).any());
+        self.horizon = self.horizon.max(post.slope);
     }
 }

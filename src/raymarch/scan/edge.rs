@@ -75,7 +75,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
     fn behind(&self, lines: &Lines<'a>, block: &LineBlock, distance: f32) -> Post<V> {
         let at = self.simd.splat(distance);
         let codes = self.ground.codes(lines, block.stride.level, block.first, at);
-        let span = self.profile.last_mark().span;
+        let span = self.profile.last_line().span;
         let mark = SampleLine { distance, span, ..self.mark(block, block.first) };
         self.post(self.ground.height(codes, at), mark)
     }

@@ -145,7 +145,7 @@ impl Kernel for Seeing<'_, '_> {
             field,
             steep: field.steep_rises(),
             clearance: ((eye.z - march.ceiling) / march.grid.spacing).max(0.0),
-            crest: simd.splat(field.tangents[0]),
+            horizon: simd.splat(field.tangents[0]),
             profile,
             is_begun: false,
             last: simd.splat(NO_SLOPE),
@@ -175,7 +175,7 @@ pub(super) struct Planes<'f, 'a, V: Simd> {
     /// Least height of the eye above the ground, units; 0 if it is among the hills.
     clearance: f64,
     /// Greatest slope of the surface so far: what lies below is hidden.
-    pub(super) crest: V::F,
+    pub(super) horizon: V::F,
     pub(super) profile: &'f mut Profile,
     /// Slope of the surface at `reached`, if it `is_begun`: known there. Beside the area it goes on as its edge.
     pub(super) last: V::F,
@@ -231,20 +231,20 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
     #[inline(always)]
     fn is_over(&self, ceiling: V::F) -> bool {
         let cleared = self.clears(self.simd.splat(self.reached), ceiling);
-        let rising = self.simd.splat(0.0).le(self.crest);
+        let rising = self.simd.splat(0.0).le(self.horizon);
         (cleared & rising | self.is_full()).all()
     }
 
     /// Planes that are covered up to their highest row.
     #[inline(always)]
     fn is_full(&self) -> V::M {
-        self.simd.splat(self.field.tangents[1]).le(self.crest)
+        self.simd.splat(self.field.tangents[1]).le(self.horizon)
     }
 
-    /// Planes whose crest hides the height `z` (metres above the eye) at a major distance.
+    /// Planes whose horizon hides the height `z` (metres above the eye) at a major distance.
     #[inline(always)]
     fn clears(&self, distance: V::F, z: V::F) -> V::M {
-        z.lt(self.crest * self.ground.depth * distance)
+        z.lt(self.horizon * self.ground.depth * distance)
     }
 
     #[inline(always)]
@@ -289,7 +289,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         // All heights first: reads that wait for nothing overlap. Most blocks end here.
         let mut slopes = [Sixteen::default(); MOST_LINES];
         let highest = self.slopes(&lines, block, &mut slopes);
-        let is_in_sight = near || self.crest.lt(highest).any() || self.is_at_edge(last as f32);
+        let is_in_sight = near || self.horizon.lt(highest).any() || self.is_at_edge(last as f32);
         if !is_in_sight && !self.is_at_rim(self.simd.load(&slopes[block.count as usize - 1].0)) {
             self.skip(block, last as f32, &slopes);
             return Ok(());
@@ -337,7 +337,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         highest
     }
 
-    /// Passes a block in which nothing rises above the crests.
+    /// Passes a block in which nothing rises above the horizons.
     #[inline(always)]
     fn skip(&mut self, block: &LineBlock, last: f32, slopes: &[Sixteen; MOST_LINES]) {
         let line = block.first + (block.count - 1) * block.step;
@@ -441,17 +441,17 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         let start = f64::from(self.reached).max(before).max(0.0);
         let z = self.surface_at(level, start)?;
         if start > 0.0 {
-            return self.begin(self.post(z, self.first_mark(block, start)));
+            return self.begin(self.post(z, self.first_line(block, start)));
         }
         if self.simd.splat(0.0).lt(z).any() && self.inner[0] == 0.0 {
-            return self.flood(self.post(z, self.first_mark(block, start)));
+            return self.flood(self.post(z, self.first_line(block, start)));
         }
 
         // The surface under the eye is seen at no finite tangent: begin where it is below the lowest row.
         let mut distance = self.under_eye(z).min(0.25 * self.way.distance(level, block.first) as f32);
         loop {
             let z = self.surface_at(level, distance.into())?;
-            let post = self.post(z, self.first_mark(block, distance.into()));
+            let post = self.post(z, self.first_line(block, distance.into()));
             // Where ground rises it comes into sight sooner.
             let in_sight = self.simd.splat(self.field.tangents[0]).lt(post.slope);
             if !in_sight.any() || distance <= LEAST_DISTANCE {

@@ -2,17 +2,17 @@
 //!
 //! ```text
 //! for each block of lines along the major axis, nearest first:
-//!     its highest surface lies below the crest of every plane → next block
+//!     its highest surface lies below the horizon of every plane → next block
 //!     for each line of the block, a stride apart:
 //!         slope = (height of the line where each plane crosses it) / depth         one gather
-//!         slope is above a plane's crest →
-//!             the surface from the last line to here is in sight; the crest rises to slope
+//!         slope is above a plane's horizon →
+//!             the surface from the last line to here is in sight; the horizon rises to slope
 //! ```
 //!
 //! A *line* is a row of posts of one level, across the planes' *major axis* (x or y, whichever they run along):
 //! all sixteen cross it at once, a few voxels apart, and interpolation is needed along it only. Over a
 //! single-valued surface a ray with a higher elevation angle cannot end nearer, so each plane keeps
-//! its *crest*, the highest slope so far: what lies below is hidden (range coherence: Nack et al.,
+//! its *horizon*, the highest slope so far: what lies below is hidden (range coherence: Nack et al.,
 //! US 5,317,689, 1994, claim 14; lines in lockstep and highest row reached: VoxelSpace, 1992).
 //!
 //! What is found is a [`Profile`]: the stretches of surface that are in sight, by the tangents of
@@ -37,15 +37,15 @@ mod edge_tests;
 mod footprint;
 mod ground;
 mod group;
-mod ladder;
 mod lines;
 mod march;
 mod pages;
 mod panorama;
 mod profile;
 mod rims;
+mod row_table;
 mod shape;
-mod standing;
+mod spans;
 mod strides;
 #[cfg(test)]
 mod tests;
@@ -54,13 +54,13 @@ mod upright;
 
 pub use footprint::PageFootprint;
 pub use group::PlaneGroup;
-pub use ladder::RowTable;
 pub use march::{MarchField, PlaneMarch};
 pub use pages::Pages;
 pub use panorama::{Annulus, Between, Directions, Gaze, Panorama, Refusal};
 pub use profile::{NO_SLOPE, Post, Profile, SampleLine, VisibleSegment};
+pub use row_table::RowTable;
 pub use shape::{KeptPlanes, PlaneArray};
-pub use standing::{FaceDirection, FacetLight, SpanCoverage, SpanMarch, SpanScan};
+pub use spans::{FaceDirection, FacetLight, SpanCoverage, SpanMarch, SpanScan};
 pub use strides::{Outlook, Strides};
 pub use turned::TurnedPages;
 pub use upright::{LevelRow, Upright, UprightGaze};

@@ -17,7 +17,7 @@ pub struct VisibleSegment {
     pub line: SampleLine,
 }
 
-/// A line: where a sight's surface and its colour come from.
+/// A line: where a segment's surface and its colour come from.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct SampleLine {
     /// Index of the line at its level.
@@ -42,10 +42,10 @@ pub struct SampleLine {
 /// Every row's range and light follow from it: a plane's ray ends where the first stretch rises above it.
 #[derive(Debug, Clone, Default)]
 pub struct Profile {
-    /// The sights, then the march's last post if it is none of them, then what is left of longer profiles.
-    sights: Vec<VisibleSegment>,
+    /// The segments, then the march's last post if it is none of them, then what is left of longer profiles.
+    segments: Vec<VisibleSegment>,
     count: usize,
-    /// Whether the march's last post is the last sight.
+    /// Whether the march's last post is the last segment.
     is_joined: bool,
 }
 
@@ -62,67 +62,71 @@ pub struct Post<V: Simd> {
 
 impl Profile {
     /// Sights, nearest first.
-    pub fn sights(&self) -> &[VisibleSegment] {
-        &self.sights[..self.count]
+    pub fn segments(&self) -> &[VisibleSegment] {
+        &self.segments[..self.count]
     }
 
     /// Rows of all planes together whose middles see a level that stands in for an absent finer one; `centres`: their tangents, rising.
     pub fn rows_stood_in(&self, centres: &[f32]) -> u64 {
-        let sights = self.sights();
+        let segments = self.segments();
         // Where all is stored this is all there is to do.
-        if !sights.iter().any(|sight| sight.line.stands_in) {
+        if !segments.iter().any(|segment| segment.line.stands_in) {
             return 0;
         }
 
-        let below = |crest: &Sixteen| -> u64 {
-            crest.0.iter().map(|crest| centres.partition_point(|centre| centre < crest) as u64).sum()
+        let below = |horizon: &Sixteen| -> u64 {
+            horizon.0.iter().map(|horizon| centres.partition_point(|centre| centre < horizon) as u64).sum()
         };
-        let mut crest = Sixteen([NO_SLOPE; LANES]);
+        let mut horizon = Sixteen([NO_SLOPE; LANES]);
 
-        // Rows below the crest at the beginning of a run of stretches that stand in.
+        // Rows below the horizon at the beginning of a run of stretches that stand in.
         let mut run: Option<u64> = None;
         let mut rows = 0;
-        for sight in sights.iter().filter(|sight| !sight.line.begins) {
+        for segment in segments.iter().filter(|segment| !segment.line.begins) {
             match run {
-                None if sight.line.stands_in => run = Some(below(&crest)),
-                Some(first) if !sight.line.stands_in => {
-                    rows += below(&crest) - first;
+                None if segment.line.stands_in => run = Some(below(&horizon)),
+                Some(first) if !segment.line.stands_in => {
+                    rows += below(&horizon) - first;
                     run = None;
                 }
                 _ => {}
             }
-            crest.0.iter_mut().zip(sight.slope.0).for_each(|(crest, slope)| *crest = crest.max(slope));
+            horizon
+                .0
+                .iter_mut()
+                .zip(segment.slope.0)
+                .for_each(|(horizon, slope)| *horizon = horizon.max(slope));
         }
 
-        rows + run.map_or(0, |first| below(&crest) - first)
+        rows + run.map_or(0, |first| below(&horizon) - first)
     }
 
     /// A copy without room for more.
     #[must_use]
     pub fn compact(&self) -> Self {
-        let end = self.sights.len().min(self.count + 1);
-        Self { sights: self.sights[..end].to_vec(), count: self.count, is_joined: self.is_joined }
+        let end = self.segments.len().min(self.count + 1);
+        Self { segments: self.segments[..end].to_vec(), count: self.count, is_joined: self.is_joined }
     }
 
     /// Cuts stretches so that none rises by more than `step` metres where it passes through heights `low` to `high` metres above the eye: what is linear on each
     /// then follows what is not, such as the upper edge of fog on a cliff. Nothing can be added afterwards.
     pub fn refine(&mut self, isa: Isa, [low, high]: [f32; 2], step: f32) {
-        let cuts = isa.run(Passing { sights: self.sights(), heights: [low, high], step });
+        let cuts = isa.run(Passing { segments: self.segments(), heights: [low, high], step });
         if cuts.is_empty() {
             return;
         }
-        let mut sights =
+        let mut segments =
             Vec::with_capacity(self.count + cuts.iter().map(|(_, parts)| parts - 1).sum::<usize>());
         let mut done = 0;
         for (index, parts) in cuts {
-            sights.extend_from_slice(&self.sights[done..index]);
-            let ends = &self.sights[index - 1..=index];
-            sights.extend((1..parts).map(|part| between(ends, part as f32 / parts as f32)));
+            segments.extend_from_slice(&self.segments[done..index]);
+            let ends = &self.segments[index - 1..=index];
+            segments.extend((1..parts).map(|part| between(ends, part as f32 / parts as f32)));
             done = index;
         }
-        sights.extend_from_slice(&self.sights[done..self.count]);
-        self.count = sights.len();
-        self.sights = sights;
+        segments.extend_from_slice(&self.segments[done..self.count]);
+        self.count = segments.len();
+        self.segments = segments;
     }
 
     /// Forgets all.
@@ -150,64 +154,64 @@ impl Profile {
     /// Slopes and inverse depths of the march's last post.
     #[inline(always)]
     pub fn last<V: Simd>(&self, simd: V) -> [V::F; 2] {
-        let sight = &self.sights[self.count - usize::from(self.is_joined)];
-        [simd.load(&sight.slope.0), simd.load(&sight.inverse.0)]
+        let segment = &self.segments[self.count - usize::from(self.is_joined)];
+        [simd.load(&segment.slope.0), simd.load(&segment.inverse.0)]
     }
 
     /// Returns the mark of the march's last post.
-    pub fn last_mark(&self) -> SampleLine {
-        self.sights[self.count - usize::from(self.is_joined)].line
+    pub fn last_line(&self) -> SampleLine {
+        self.segments[self.count - usize::from(self.is_joined)].line
     }
 
     #[inline(always)]
     fn put<V: Simd>(&mut self, index: usize, post: &Post<V>, begins: bool) {
-        if index >= self.sights.len() {
+        if index >= self.segments.len() {
             self.grow();
         }
-        let sight = &mut self.sights[index];
-        post.slope.store(&mut sight.slope.0);
-        post.inverse.store(&mut sight.inverse.0);
-        sight.line = SampleLine { begins, ..post.line };
+        let segment = &mut self.segments[index];
+        post.slope.store(&mut segment.slope.0);
+        post.inverse.store(&mut segment.inverse.0);
+        segment.line = SampleLine { begins, ..post.line };
     }
 
     #[cold]
     fn grow(&mut self) {
-        self.sights.resize(2 * self.sights.len() + 64, VisibleSegment::default());
+        self.segments.resize(2 * self.segments.len() + 64, VisibleSegment::default());
     }
 }
 
 /// Parts of a stretch at most.
 const MOST_PARTS: f32 = 24.0;
 
-/// A sight that lies a share of the stretch between two: inverse depth is linear in the tangent there.
+/// A segment that lies a share of the stretch between two: inverse depth is linear in the tangent there.
 fn between(ends: &[VisibleSegment], share: f32) -> VisibleSegment {
     let [from, to] = [&ends[0], &ends[1]];
-    let mut sight = *to;
+    let mut segment = *to;
     for lane in 0..LANES {
         let start = from.slope.0[lane];
         // Walls, which begin at no finite tangent, stay whole.
         let share = if start < 0.5 * NO_SLOPE { 0.0 } else { share };
-        sight.slope.0[lane] = (to.slope.0[lane] - start).mul_add(share, start);
+        segment.slope.0[lane] = (to.slope.0[lane] - start).mul_add(share, start);
         let start = from.inverse.0[lane];
-        sight.inverse.0[lane] = (to.inverse.0[lane] - start).mul_add(share, start);
+        segment.inverse.0[lane] = (to.inverse.0[lane] - start).mul_add(share, start);
     }
     let own = share * to.line.share;
     let side = Grid::side_units(to.line.level) as f32;
-    sight.line.distance -= (to.line.share - own) * side;
-    sight.line.share = own;
-    sight
+    segment.line.distance -= (to.line.share - own) * side;
+    segment.line.share = own;
+    segment
 }
 
 /// Finds stretches that pass through some heights.
 struct Passing<'s> {
-    sights: &'s [VisibleSegment],
+    segments: &'s [VisibleSegment],
     /// Metres above the eye.
     heights: [f32; 2],
     step: f32,
 }
 
 impl Kernel for Passing<'_> {
-    /// The sights that they end in, and the parts that each is to have.
+    /// The segments that they end in, and the parts that each is to have.
     type Output = Vec<(usize, usize)>;
 
     #[inline(always)]
@@ -215,15 +219,15 @@ impl Kernel for Passing<'_> {
         let [low, high] = self.heights.map(|height| simd.splat(height));
         let mut cuts = Vec::new();
         let mut last = None;
-        for (index, sight) in self.sights.iter().enumerate() {
-            let (slope, inverse) = (simd.load(&sight.slope.0), simd.load(&sight.inverse.0));
+        for (index, segment) in self.segments.iter().enumerate() {
+            let (slope, inverse) = (simd.load(&segment.slope.0), simd.load(&segment.inverse.0));
             // Its height over that of the eye is slope over inverse depth.
             let (above, below) = ((low * inverse).lt(slope), slope.lt(high * inverse));
             if let Some((was_above, was_below)) = last
-                && !sight.line.begins
+                && !segment.line.begins
                 && ((above | was_above) & (below | was_below)).any()
             {
-                let rise = rise(&self.sights[index - 1..=index], self.heights);
+                let rise = rise(&self.segments[index - 1..=index], self.heights);
                 let parts = (rise / self.step).min(MOST_PARTS).ceil();
                 if parts > 1.0 {
                     cuts.push((index, parts as usize));
@@ -240,7 +244,7 @@ impl Kernel for Passing<'_> {
 /// Returns the rise of the steepest segment of a plane that passes through some heights, metres.
 fn rise(ends: &[VisibleSegment], [low, high]: [f32; 2]) -> f32 {
     let lanes = (0..LANES).map(|lane| {
-        let [from, to] = [&ends[0], &ends[1]].map(|sight| sight.slope.0[lane] / sight.inverse.0[lane]);
+        let [from, to] = [&ends[0], &ends[1]].map(|segment| segment.slope.0[lane] / segment.inverse.0[lane]);
         let passes = ends[0].slope.0[lane] > 0.5 * NO_SLOPE && from.max(to) > low && from.min(to) < high;
         if passes { (to - from).abs() } else { 0.0 }
     });

@@ -1,4 +1,4 @@
-//! The two kinds of fans.
+//! The two kinds of plane images.
 
 use std::ops::Range;
 
@@ -8,7 +8,7 @@ use super::{Panorama, PlaneGroup, Upright};
 use crate::simd::{LANES, Sixteen};
 use crate::voxel::Grid;
 
-/// Most words of a fan, 1 GiB: more, and their indices would be too long for a gather.
+/// Most words of a plane image, 1 GiB: more, and their indices would be too long for a gather.
 pub const MOST_WORDS: usize = 1 << 28;
 
 /// Arrangement of planes and rows before a screen.
@@ -20,7 +20,7 @@ pub enum PlaneArray {
     Panorama(Panorama),
 }
 
-/// A group of planes in a fan's memory.
+/// A group of planes in a plane image's memory.
 #[derive(Debug, Clone, PartialEq)]
 pub struct KeptPlanes {
     /// Rows that it has there.
@@ -40,7 +40,7 @@ impl PlaneArray {
         }
     }
 
-    /// Whether a fan has room for it.
+    /// Whether a plane image has room for it.
     pub fn fits(&self) -> bool {
         let rows = match self {
             Self::Upright(upright) => upright.size[1].saturating_mul(upright.groups()),

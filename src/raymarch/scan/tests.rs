@@ -51,7 +51,7 @@ fn hills(seed: u32, spacing: f64, holes: bool) -> MemPages {
 
 /// Inverse depth of a plane's ray: on the first stretch that rises to it; 0: sky.
 fn inverse_depth(profile: &Profile, lane: usize, tangent: f32) -> f32 {
-    for pair in profile.sights().windows(2).filter(|pair| !pair[1].line.begins) {
+    for pair in profile.segments().windows(2).filter(|pair| !pair[1].line.begins) {
         let [low, high] = [pair[0].slope.0[lane], pair[1].slope.0[lane]];
         if tangent < high {
             let share = ((tangent - low) / (high - low)).clamp(0.0, 1.0);
@@ -234,7 +234,7 @@ fn lines_are_sharp_where_ground_is_steep() {
     let view = View { eye, yaw: 0.0, elevations: [-2.0, 20.0], pixel: 0.0006 };
     let spans = |detail: f32, distances: std::ops::Range<f32>| -> Vec<u8> {
         let profile = view.profile(&source, Isa::best(), detail);
-        let marks = profile.sights().iter().map(|sight| sight.line);
+        let marks = profile.segments().iter().map(|segment| segment.line);
         marks.filter(|mark| distances.contains(&mark.distance)).map(|mark| mark.span).collect()
     };
     let on_the_plain = spans(1.0, 466.0..478.0);
@@ -249,7 +249,7 @@ fn lines_are_sharp_where_ground_is_steep() {
 
 #[test]
 fn instruction_sets_agree() {
-    // A row that just touches a crest may see it in one set and miss it in another.
+    // A row that just touches a horizon may see it in one set and miss it in another.
     let source = hills(4, 1.0, true);
     let views = views(40, &source);
     for isa in Isa::available() {

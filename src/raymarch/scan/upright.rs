@@ -217,7 +217,7 @@ impl Upright {
         first.min(self.size[1])..end.min(self.size[1])
     }
 
-    /// Whether rows of the screen are rows of the fan.
+    /// Whether rows of the screen are rows of the plane image.
     pub fn is_level(&self) -> bool {
         self.roll == [0.0, 1.0]
     }
@@ -270,7 +270,7 @@ pub struct LevelRow {
     pub tangent: f32,
     /// Plane per column, and at column 0.
     pub plane: [f32; 2],
-    /// Row of the fan.
+    /// Row of the plane image.
     pub row: i32,
 }
 

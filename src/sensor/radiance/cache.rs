@@ -40,15 +40,15 @@ pub struct LineStrip {
     /// Page of the strip.
     pub page: PageId,
     /// Filter that made the lines.
-    pub weave: LineFilter,
+    pub filter: LineFilter,
     /// Counted from the page's first.
     pub index: u32,
 }
 
 impl LineStrip {
     /// The strip that holds post `post` of a page, counted along the planes.
-    pub fn with(page: PageId, weave: LineFilter, post: u32) -> Self {
-        Self { page, weave, index: post / (STRIP << weave.span.trailing_zeros()) }
+    pub fn with(page: PageId, filter: LineFilter, post: u32) -> Self {
+        Self { page, filter, index: post / (STRIP << filter.span.trailing_zeros()) }
     }
 
     /// Returns the first post.
@@ -58,7 +58,7 @@ impl LineStrip {
 
     /// Returns the number of posts along the planes; at the page's end fewer.
     pub fn posts(&self) -> u32 {
-        STRIP << self.weave.span.trailing_zeros()
+        STRIP << self.filter.span.trailing_zeros()
     }
 }
 
@@ -76,7 +76,7 @@ pub struct Radiance {
     /// `None`: nothing lies in shadow.
     shades: Option<Shades>,
     images: KeyedCache<Key, Image>,
-    looms: Used<FilterScratch>,
+    scratches: Used<FilterScratch>,
 }
 
 impl Radiance {
@@ -87,7 +87,7 @@ impl Radiance {
 
     /// The same with another limit in bytes. What the latest frames used is kept beyond it.
     pub fn with_budget(sensor: VisualSensor, budget: usize) -> Self {
-        Self { sensor, shades: None, images: KeyedCache::new(budget), looms: Used::default() }
+        Self { sensor, shades: None, images: KeyedCache::new(budget), scratches: Used::default() }
     }
 
     /// The same with shadows. The shares of the sun are no part of the budget, but have one of their own.
@@ -148,25 +148,26 @@ impl Radiance {
         }
     }
 
-    /// Returns the lines of a strip; unknown ones are computed if it `may_weave`, which is asked then only.
+    /// Returns the lines of a strip; unknown ones are computed if it `may_filter`, which is asked then only.
     fn lines(
         &self,
         source: &dyn PageSource,
         strip: LineStrip,
-        loom: &mut FilterScratch,
-        may_weave: impl FnOnce() -> bool,
+        scratch: &mut FilterScratch,
+        may_filter: impl FnOnce() -> bool,
     ) -> Result<Option<Arc<LineImage>>> {
-        let weave_lines = || {
-            if !may_weave() {
+        let filter_lines = || {
+            if !may_filter() {
                 return Ok(None);
             }
-            let part = PostPart::lines(strip.weave.facing.major, strip.first(), strip.posts());
+            let part = PostPart::lines(strip.filter.facing.major, strip.first(), strip.posts());
             let shade = self.shade(source, strip.page)?;
             let lamp = PageLight::new(&self.sensor).with_shade(shade.as_deref());
-            let lines = LineImage::bake(source, (strip.page, part), &lamp, strip.weave, (loom, Isa::best()))?;
+            let lines =
+                LineImage::bake(source, (strip.page, part), &lamp, strip.filter, (scratch, Isa::best()))?;
             Ok(lines.map(|lines| Image::Lines(Arc::new(lines))))
         };
-        match self.image(source, (strip.page, Key::Lines(strip)), weave_lines)? {
+        match self.image(source, (strip.page, Key::Lines(strip)), filter_lines)? {
             Some(Image::Lines(lines)) => Ok(Some(lines)),
             _ => Ok(None),
         }
@@ -184,7 +185,7 @@ pub struct RadiancePages<'a> {
     source: &'a dyn PageSource,
     radiance: &'a Radiance,
     slots: Vec<ImageSlot>,
-    loom: Lent<'a, FilterScratch>,
+    scratch: Lent<'a, FilterScratch>,
     /// Pages that were missing, unless they are waited for.
     missing: Option<Vec<PageId>>,
     /// Stands for their lines.
@@ -195,7 +196,14 @@ impl<'a> RadiancePages<'a> {
     /// None is looked up yet.
     pub fn new(source: &'a dyn PageSource, radiance: &'a Radiance) -> Self {
         let dark = Arc::new(LineImage::dark());
-        Self { source, radiance, slots: vec![None; SLOTS], loom: radiance.looms.lend(), missing: None, dark }
+        Self {
+            source,
+            radiance,
+            slots: vec![None; SLOTS],
+            scratch: radiance.scratches.lend(),
+            missing: None,
+            dark,
+        }
     }
 
     /// Waits for no page: lines that are not known are dark where their page is not [at hand](PageSource::is_at_hand), which is
@@ -229,18 +237,18 @@ impl<'a> RadiancePages<'a> {
     /// A page that is damaged.
     #[inline]
     pub fn lines(&mut self, strip: LineStrip) -> Result<Option<Arc<LineImage>>> {
-        let LineStrip { page, weave, index } = strip;
+        let LineStrip { page, filter, index } = strip;
         let hash = page.px.wrapping_mul(7)
             ^ page.py.wrapping_mul(29)
             ^ u32::from(page.level).wrapping_mul(17)
-            ^ u32::from(weave.span | weave.shift << 3).wrapping_mul(37)
+            ^ u32::from(filter.span | filter.shift << 3).wrapping_mul(37)
             ^ index.wrapping_mul(41);
-        let Self { source, radiance, slots, loom, missing, dark } = self;
+        let Self { source, radiance, slots, scratch, missing, dark } = self;
         let slot = &mut slots[hash as usize % SLOTS];
 
         if slot.as_ref().is_none_or(|(known, _)| *known != strip) {
             let mut absent = Vec::new();
-            let may_weave = || {
+            let may_filter = || {
                 if missing.is_some() {
                     let is_absent =
                         |read: &PageId| (*read == page || source.has(*read)) && !source.is_at_hand(*read);
@@ -249,7 +257,7 @@ impl<'a> RadiancePages<'a> {
                 absent.is_empty()
             };
 
-            let lines = radiance.lines(*source, strip, loom, may_weave)?;
+            let lines = radiance.lines(*source, strip, scratch, may_filter)?;
             if !absent.is_empty() {
                 missing.get_or_insert_default().append(&mut absent);
                 return Ok(Some(Arc::clone(dark)));

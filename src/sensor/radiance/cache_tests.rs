@@ -71,8 +71,8 @@ fn light_that_must_wait_is_dark_and_its_page_missing_until_it_is_known() {
     let id = |px| PageId { level: 0, px, py: 0 };
     let far = Far(whole, id(1));
     let radiance = Radiance::new(sensor());
-    let weave = LineFilter { facing: Facing::down(1), shift: 0, span: 1 };
-    let strip = |px| super::cache::LineStrip::with(id(px), weave, 40);
+    let filter = LineFilter { facing: Facing::down(1), shift: 0, span: 1 };
+    let strip = |px| super::cache::LineStrip::with(id(px), filter, 40);
     let mut patient = RadiancePages::new(&far, &radiance).without_waiting();
     let near = patient.lines(strip(0)).unwrap().unwrap();
     assert!(near.texels.iter().any(|texel| *texel > 0) && patient.take_missing().is_empty());

@@ -48,12 +48,12 @@ impl LineImage {
         source: &dyn PageSource,
         (id, part): (PageId, PostPart),
         lamp: &PageLight<'_>,
-        weave: LineFilter,
-        (loom, isa): (&mut FilterScratch, Isa),
+        filter: LineFilter,
+        (scratch, isa): (&mut FilterScratch, Isa),
     ) -> Result<Option<Self>> {
-        let FilterScratch { window, sums, image } = loom;
-        let finish = LineFiltering { weave, sums, image };
-        isa.run(Baking { source, id, part, lamp, facing: &weave.facing, window, finish })
+        let FilterScratch { window, sums, image } = scratch;
+        let finish = LineFiltering { filter, sums, image };
+        isa.run(Baking { source, id, part, lamp, facing: &filter.facing, window, finish })
     }
 
     /// A line without light.
@@ -84,7 +84,7 @@ pub struct FilterScratch {
 }
 
 struct LineFiltering<'l> {
-    weave: LineFilter,
+    filter: LineFilter,
     sums: &'l mut Sums,
     image: &'l mut Vec<u32>,
 }
@@ -94,9 +94,9 @@ impl ImageFinish for LineFiltering<'_> {
 
     #[inline(always)]
     fn image<V: Simd>(self, simd: V, window: &Window, size: [usize; 2]) -> LineImage {
-        let Self { weave, sums, image } = self;
-        let (major, wide) = (usize::from(weave.facing.major), 1 << weave.shift);
-        let lines = Shares::of_lines(usize::from(weave.span), size[major]);
+        let Self { filter, sums, image } = self;
+        let (major, wide) = (usize::from(filter.facing.major), 1 << filter.shift);
+        let lines = Shares::of_lines(usize::from(filter.span), size[major]);
         let texels = Shares::of_texels(wide, size[1 - major]);
 
         // Rows of posts lie along x: columns of texels are lines if the planes run along x.

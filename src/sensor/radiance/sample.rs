@@ -299,7 +299,7 @@ impl ImageSearch<'_, '_> {
         let is_post = matches!(level, 0 | BARE) && shift == 0 && line.span == 1;
         let facing = Facing { major: self.major as u8, forward: self.forward, incline: incline as u8 };
         let facing = if is_post { Facing::down(facing.major) } else { facing };
-        let weave = LineFilter { facing, shift: shift as u8, span: line.span };
+        let filter = LineFilter { facing, shift: shift as u8, span: line.span };
 
         // And where an outermost plane crosses to the next page.
         let side = voxel * f64::from(PAGE_SIDE);
@@ -317,7 +317,7 @@ impl ImageSearch<'_, '_> {
         let first_line = along * i64::from(PAGE_SIDE);
         let post = (line.index - first_line).clamp(0, i64::from(PAGE_SIDE) - 1) as u32;
         let [first, last] = pages.map(|page| page.clamp(0, dims[1 - self.major] - 1));
-        let strip = LineStrip::with(PageId { level, px: 0, py: 0 }, weave, post);
+        let strip = LineStrip::with(PageId { level, px: 0, py: 0 }, filter, post);
         let mut images = [const { None }; MOST_PAGES];
 
         for part in 0..=(last - first).min(MOST_PAGES as i64 - 1) {

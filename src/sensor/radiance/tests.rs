@@ -463,19 +463,19 @@ fn every_instruction_set_weaves_the_same_bits() {
     let strip = |level| (PageId { level, px: 0, py: 0 }, PostPart::lines(level, 32, 32));
     for (level, shift, span) in [(0, 0, 1), (0, 2, 4), (1, 1, 2), (1, 2, 1), (0, 1, 1)] {
         let facing = Facing { major: level, forward: shift == 1, incline: span / 2 };
-        let weave = LineFilter { facing, shift, span };
+        let filter = LineFilter { facing, shift, span };
         let bake = |isa| {
             LineImage::bake(
                 &source,
                 strip(level),
                 &PageLight::new(&sensor()),
-                weave,
+                filter,
                 (&mut FilterScratch::default(), isa),
             )
             .unwrap()
         };
         for isa in Isa::available() {
-            assert!(bake(isa) == bake(Isa::PORTABLE), "{weave:?}, {isa}");
+            assert!(bake(isa) == bake(Isa::PORTABLE), "{filter:?}, {isa}");
         }
     }
 }

@@ -53,7 +53,7 @@ fn area(spans: &BTreeMap<(u32, u32), Vec<Span>>) -> MemPages {
 fn spans_are_read_as_they_were_written() {
     let spans = spans();
     let pages = area(&spans);
-    assert!(pages.header().is_built);
+    assert!(pages.header().has_spans);
     let report = verify(&pages, &Silent).unwrap();
     assert_eq!(report.problems, []);
     let mut found = BTreeMap::new();
@@ -102,7 +102,7 @@ fn blocks_bound_their_spans_slopes_and_all() {
 #[test]
 fn an_area_without_spans_is_as_it_was() {
     let pages = area(&BTreeMap::new());
-    assert!(!pages.header().is_built);
+    assert!(!pages.header().has_spans);
     assert_eq!(pages.directory().present().count(), pages.directory().len());
 }
 

@@ -4,20 +4,20 @@
 
 #[path = "../../../src/memory/clock.rs"]
 mod clock;
+#[path = "../../../src/memory/counters.rs"]
+mod counters;
+#[path = "../../../src/memory/deferred_eviction.rs"]
+mod deferred_eviction;
 #[path = "../../../src/memory/flight.rs"]
 mod flight;
-#[path = "../../../src/memory/leaving.rs"]
-mod leaving;
 #[path = "../../../src/memory/live.rs"]
 mod live;
 mod page_file;
 #[path = "../../../src/memory/resident/mod.rs"]
 mod resident;
 pub mod sync;
-#[path = "../../../src/memory/tally.rs"]
-mod tally;
 
-pub use flight::Foresight;
+pub use counters::Paging;
+pub use flight::PagePlanner;
 pub use page_file::PageFile;
 pub use resident::{PresentPages, ResidentPages};
-pub use tally::Paging;

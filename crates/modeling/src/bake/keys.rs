@@ -10,7 +10,7 @@
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
 
-use crate::steps::{BuildCache, Key, Keyer};
+use crate::build_cache::{BuildCache, Key, Keyer};
 use hedgehop::sunlight::{Shades, Sun};
 use hedgehop::voxel::{Directory, PageId, PageReadback, PageSource, finer_pages};
 use hedgehop_base::error::Result;
@@ -35,7 +35,7 @@ impl<'a> BakingKeys<'a> {
     ) -> Self {
         let header = source.header();
         let settings = Keyer::of("shadows").with(&sun).with(&header.grid).with(&header.heights);
-        let settings = settings.with(&header.level_count).with(&header.is_built).key();
+        let settings = settings.with(&header.level_count).with(&header.has_spans).key();
         Self { source, directory, shades, steps, settings, lights: Mutex::default() }
     }
 

@@ -26,7 +26,7 @@ mod raster;
 mod read;
 mod runs;
 mod scene;
-mod standing;
+mod solids;
 mod store;
 mod stored;
 mod surface;
@@ -36,4 +36,4 @@ mod wires;
 
 pub(super) use open::{Cloud, open};
 pub(super) use prepare::prepare;
-pub(super) use standing::{CloudSolids, drape};
+pub(super) use solids::{CloudSolids, drape};

@@ -14,7 +14,7 @@ use super::open::Cloud;
 use super::posts::{self, Post};
 use super::raster::{self, TileArea};
 use super::scene::TileScene;
-use super::standing::CloudSolids;
+use super::solids::CloudSolids;
 use super::store::{CloudTile, Store, TILE};
 use super::surface::{self, PostField};
 use super::window::PointWindow;
@@ -32,7 +32,7 @@ pub(crate) struct Prepared {
     /// Colours of the ground; `None`: no point has one.
     pub imagery: Option<ImageryInput>,
     /// Solids that stand on it.
-    pub standees: Option<CloudSolids>,
+    pub cloud_solids: Option<CloudSolids>,
 }
 
 /// Makes ground, colours and solids of the points of all clouds, with heights above `datum`. Files without names beside `output` hold what
@@ -67,7 +67,7 @@ pub(crate) fn prepare(
     let area: f64 = clouds.iter().map(|cloud| cloud.head.count as f64 / cloud.density).sum();
     let density = clouds.iter().map(|cloud| cloud.head.count as f64).sum::<f64>() / area * spacing * spacing;
 
-    let standees = if clouds.iter().all(|cloud| cloud.ground_only || !cloud.look.is_classified()) {
+    let cloud_solids = if clouds.iter().all(|cloud| cloud.ground_only || !cloud.look.is_classified()) {
         None
     } else {
         let solids = making.each("solids", &making.grown(here.iter().copied(), 1), |tile| {
@@ -81,14 +81,14 @@ pub(crate) fn prepare(
     };
 
     let Some(area) = TileArea::of(&filled, &plan.grid)? else {
-        return Ok(Prepared { elevation: None, imagery: None, standees: None });
+        return Ok(Prepared { elevation: None, imagery: None, cloud_solids: None });
     };
 
     let filled = Arc::new(filled);
     let elevation = raster::elevation(&filled, area, plan)?;
     let imagery = if area.is_coloured { Some(raster::imagery(&filled, area, plan)?) } else { None };
 
-    Ok(Prepared { elevation: Some(elevation), imagery, standees })
+    Ok(Prepared { elevation: Some(elevation), imagery, cloud_solids })
 }
 
 /// Settings of how tiles are made.

@@ -14,17 +14,17 @@ mod mask;
 mod open;
 mod options;
 mod placement;
+mod placing;
 mod rays;
 mod scatter;
 mod shape;
 mod soup;
-mod standing;
 #[cfg(test)]
 mod tests;
 
 pub use built_in::BuiltIn;
 pub(super) use open::{OpenObject, OpenScatter, open_object, open_scatter};
 pub use options::{ObjectFile, ScatterFile, ScatterForm};
+pub(super) use placing::Objects;
 pub(super) use shape::Shape;
 pub use soup::Stance;
-pub(super) use standing::Objects;

@@ -4,11 +4,11 @@ use std::collections::HashMap;
 
 use glam::DVec2;
 
-use super::{Bare, MadePage, PageGround, PageMaker, Project};
+use super::{Bare, MadeBlock, PageGround, PageMaker, Project};
 use crate::cloud;
+use crate::feature_solids::{Built, DENSE};
 use crate::land_cover::{self, LandCover};
 use crate::placing::{Placed, covered};
-use crate::standing::{Built, DENSE};
 use crate::tint::mix;
 use crate::warp::{self, Rect};
 use hedgehop::voxel::{Attributes, HeightCode, Material, Span, VoxelBlock};
@@ -21,11 +21,12 @@ impl PageMaker<'_> {
         &mut self,
         rect: Rect,
         ground: &PageGround,
-        is_built: bool,
+        has_spans: bool,
     ) -> Result<Option<VoxelBlock>> {
-        let Project { standees, synthetic, land_cover, .. } = self.project;
+        let Project { cloud_solids, synthetic, land_cover, .. } = self.project;
         let is_graded = synthetic.palette.as_ref().is_some_and(|palette| palette.over_imagery > 0.0);
-        let has_own_colours = is_built && standees.is_some() || !synthetic.textures.is_empty() || is_graded;
+        let has_own_colours =
+            has_spans && cloud_solids.is_some() || !synthetic.textures.is_empty() || is_graded;
         if has_own_colours || !land_cover.is_empty() || synthetic.states_materials() {
             return Ok(None);
         }
@@ -145,7 +146,7 @@ impl PageMaker<'_> {
     }
 
     /// Puts what was built over `around` on the voxels of a block, whose heights are those of its bare ground.
-    pub(super) fn put(&self, made: &mut MadePage, rect: Rect, (around, built): (Rect, &Built)) {
+    pub(super) fn put(&self, made: &mut MadeBlock, rect: Rect, (around, built): (Rect, &Built)) {
         let Project { code, grid, .. } = self.project;
         let inside = |index: usize| within(rect, around, index);
         let VoxelBlock { heights, colours, attributes, .. } = &mut made.voxels;

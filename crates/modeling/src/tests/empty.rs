@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
-use super::room::with_free;
+use super::disk_space::with_free;
 use super::support::{Area, built, north_up, options, sheet, terrain, try_build};
+use crate::disk_space::DiskSpace;
 use crate::inputs::{Inputs, Opened};
 use crate::merge::Merger;
 use crate::plan;
 use crate::reach::Reach;
-use crate::room::DiskSpace;
 use crate::{Baking, ExtractPart, NodataFill, bake_shadows, extract};
 use hedgehop::sunlight::Sun;
 use hedgehop::voxel::{MemPages, PageId, PageSource, in_full, verify};

@@ -2,6 +2,7 @@
 
 mod copies;
 mod corridors;
+mod disk_space;
 mod empty;
 mod land_cover;
 mod mosaics;
@@ -9,7 +10,6 @@ mod objects;
 mod pictures;
 mod real;
 mod refusals;
-mod room;
 mod shapes;
 mod support;
 mod synthetic;

@@ -36,7 +36,7 @@ fn area(folder: &Path, slope: f64, features: &[String]) -> PageFile {
     build(&options, &Silent).unwrap();
     let pages = PageFile::open(&folder.join("area.hop")).unwrap();
     assert_eq!(pages.verify(&Silent).unwrap().problems, []);
-    assert!(pages.header().is_built);
+    assert!(pages.header().has_spans);
 
     pages
 }

@@ -9,7 +9,7 @@
 //! ```
 //!
 //! It is the march of [`super::march`] with bounds in place of heights: `low` lies below the surface that a plane will find, so the
-//! horizon is never above its crest, and what this passes over the march passes over too. Rings begin and end where
+//! bounds never rise above its horizon, and what this passes over the march passes over too. Rings begin and end where
 //! blocks of the march do. What is read to know what to read are bounds of levels from 16 on, most of which the march needs too.
 
 mod needs;
@@ -127,13 +127,13 @@ impl<'a> PageFootprint<'a> {
 
             let ring = rings.next_ring();
             let skip_level = ring.skip_level.min(coarsest);
-            let sight = self.sight(eye, wedge, &ring, horizon)?;
+            let segment = self.segment(eye, wedge, &ring, horizon)?;
 
             // A segment that ends in a hidden block began before.
-            if sight.may_be || before.may_be {
+            if segment.may_be || before.may_be {
                 for level in ring.levels[0]..=ring.levels[1] {
                     let [from, to] = rings.part_of_level(&ring, level);
-                    let is_likely = sight.is_likely || before.is_likely;
+                    let is_likely = segment.is_likely || before.is_likely;
                     let need = Need { level, what: What::Posts, from, to, margins: MARGINS, is_likely };
                     self.needs.add(eye, wedge, &self.sides, need);
                 }
@@ -155,9 +155,9 @@ impl<'a> PageFootprint<'a> {
                 self.needs.add(eye, wedge, &self.sides, need);
             }
 
-            before = sight;
+            before = segment;
             // What lies below the horizon does not raise it.
-            if sight.may_be && self.is_opaque && !is_bare {
+            if segment.may_be && self.is_opaque && !is_bare {
                 horizon = self.raised(eye, wedge, &ring, horizon)?;
             }
 
@@ -177,7 +177,7 @@ impl<'a> PageFootprint<'a> {
     }
 
     /// Whether something in a ring may rise above the horizon, and whether it is likely to, seen with the march's own bounds.
-    fn sight(
+    fn segment(
         &mut self,
         eye: DVec3,
         wedge: &Wedge,

@@ -114,7 +114,7 @@ impl Annulus {
         }
     }
 
-    /// Gives the marked groups places from row `next` of the fan's memory on: they and their rows.
+    /// Gives the marked groups places from row `next` of the plane image's memory on: they and their rows.
     pub fn place(&mut self, next: &mut usize) -> Vec<(usize, Range<usize>)> {
         self.bases = vec![0; self.marks.len().max(1)];
         let marked = self.marks.iter().enumerate().filter(|(_, rows)| !rows.is_empty());

@@ -240,8 +240,8 @@ fn planned(
         ));
     }
     let farm = Farm::new(1)?;
-    let foresight = FlightPlan::new(&renderer, &farm, cameras);
-    let plan = PagePlan::new(file, cameras.len() as u32, &foresight, reporter)?;
+    let planner = FlightPlan::new(&renderer, &farm, cameras);
+    let plan = PagePlan::new(file, cameras.len() as u32, &planner, reporter)?;
     Ok(Planned { plan, by_reference })
 }
 

@@ -1,7 +1,7 @@
 //! Spans of a voxel, where a plane crosses them.
 
 use super::column::{Fill, FreeRows, Haze, LinearTerm, PlanePassage};
-use super::crest::Crest;
+use super::horizon::FloatingHorizon;
 use super::{FaceDirection, FacetLight, Metric, RowTable};
 use crate::simd::{Simd, Sixteen};
 use crate::voxel::{Cut, PageId, Span};
@@ -24,7 +24,7 @@ pub(super) struct VoxelCrossing<'c, 'f, L, V> {
     pub metric: &'c Metric,
     pub column: &'c mut FreeRows,
     pub light: &'c mut L,
-    pub ladder: &'f RowTable,
+    pub row_table: &'f RowTable,
     /// Index of the first row.
     pub first: f32,
     /// Tangents of the middles of rows from there on.
@@ -62,7 +62,7 @@ struct Wall {
 impl<L: FacetLight, V: Simd> VoxelCrossing<'_, '_, L, V> {
     /// Looks at the spans of the voxel.
     #[inline(always)]
-    pub fn look_at(&mut self, spans: &[Span], ground: &mut Crest<'_>) {
+    pub fn look_at(&mut self, spans: &[Span], ground: &mut FloatingHorizon<'_>) {
         let Metric { scale, spacing, .. } = *self.metric;
         let rise_per_step = 0.5 * spacing / Span::SLOPE_STEPS;
 
@@ -113,12 +113,12 @@ impl<L: FacetLight, V: Simd> VoxelCrossing<'_, '_, L, V> {
     /// Returns the number of rows below a tangent; rows that are hidden do not matter.
     #[inline(always)]
     fn row(&self, tangent: f32) -> f32 {
-        if tangent <= self.floor { self.hidden } else { self.ladder.rows_below(tangent) - self.first }
+        if tangent <= self.floor { self.hidden } else { self.row_table.rows_below(tangent) - self.first }
     }
 
     /// Fills what is seen of a span, of which the plane crosses a part between two shares of the way through the voxel.
     #[inline(always)]
-    fn meet(&mut self, span: &Span, cut: [f32; 2], ground: &mut Crest<'_>) {
+    fn meet(&mut self, span: &Span, cut: [f32; 2], ground: &mut FloatingHorizon<'_>) {
         let Metric { scale, spacing, .. } = *self.metric;
         let between = |[near, far]: [f32; 2], share: f32| near + (far - near) * share;
 
@@ -144,24 +144,24 @@ impl<L: FacetLight, V: Simd> VoxelCrossing<'_, '_, L, V> {
             return;
         }
 
-        let crest = ground.at(inverse[0]);
-        let [low_near, low_far] = lows.unwrap_or([crest; 2]);
+        let horizon = ground.at(inverse[0]);
+        let [low_near, low_far] = lows.unwrap_or([horizon; 2]);
         let wall = self.wall(span, at[0]);
         let (facet, seam) = self.front(span, wall, cut[0], at[0]);
 
         // The rim of the front that is lit as the upper end is.
         let rim = top_near - seam * spacing * inverse[0];
-        let side = [low_near.max(crest), rim.max(low_near)];
+        let side = [low_near.max(horizon), rim.max(low_near)];
         let is_top_seen = top_far > top_near;
 
         let [emerges, submerges] = match is_top_seen {
             // Right below the eye no ground is seen that near: what hides the roof there would hide it from all rows.
-            true if crest <= ground.lowest() => [f32::NEG_INFINITY, f32::INFINITY],
-            true => above_ground([top_near, top_far], [crest, ground.beyond(inverse[1])]),
+            true if horizon <= ground.lowest() => [f32::NEG_INFINITY, f32::INFINITY],
+            true => above_ground([top_near, top_far], [horizon, ground.beyond(inverse[1])]),
             false => [f32::NEG_INFINITY, f32::INFINITY],
         };
-        let upper = [rim.max(low_near).max(crest).max(emerges), highest.min(submerges)];
-        let lower = [low_far.max(crest), low_near];
+        let upper = [rim.max(low_near).max(horizon).max(emerges), highest.min(submerges)];
+        let lower = [low_far.max(horizon), low_near];
 
         // Along an end inverse depth is linear in the tangent: by as much as the end lies above the eye where it goes on to it.
         let depth = inverse.map(|inverse| 1.0 / inverse);
@@ -315,8 +315,8 @@ impl<L: FacetLight, V: Simd> VoxelCrossing<'_, '_, L, V> {
 /// Between which tangents an upper end lies above the ground, of which the tangents at its near and at its far end are known: both are linear in inverse
 /// depth. A roof may go on into a slope, and come out of one.
 #[inline(always)]
-fn above_ground([near, far]: [f32; 2], crest: [f32; 2]) -> [f32; 2] {
-    let above = [near - crest[0], far - crest[1]];
+fn above_ground([near, far]: [f32; 2], horizon: [f32; 2]) -> [f32; 2] {
+    let above = [near - horizon[0], far - horizon[1]];
     let crossing = || near + (far - near) * (above[0] / (above[0] - above[1]));
     match above.map(|above| above >= 0.0) {
         [true, true] => [f32::NEG_INFINITY, f32::INFINITY],

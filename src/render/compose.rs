@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use super::lights::Sought;
 use super::merge::{Bodies, rows_of};
 use super::shadows::Shadows;
-use super::{Account, Rendered, Renderer, clouds, fall, matte, planes, puffs, reference};
+use super::{Account, Rendered, Renderer, clouds, matte, planes, plumes, precipitation, reference};
 use crate::frame::stage::Pixels;
 use crate::frame::{Frame, Picture};
 use crate::objects::{Body, BodyView, PointLight, Puff, SQUARE};
@@ -69,10 +69,10 @@ impl<S: PageSource> Renderer<'_, S> {
     pub fn frame_with<'t>(
         &self,
         camera: &Camera,
-        things: impl Into<Overlays<'t>>,
+        overlays: impl Into<Overlays<'t>>,
         farm: &Farm,
     ) -> Result<Rendered> {
-        self.seen_with(camera, things.into(), true, farm)
+        self.seen_with(camera, overlays.into(), true, farm)
     }
 
     /// [`Self::frame_with`]; unless it `describes` surfaces, only colour and range mean something, and ranges at outlines of what scan
@@ -80,11 +80,11 @@ impl<S: PageSource> Renderer<'_, S> {
     pub(super) fn seen_with(
         &self,
         camera: &Camera,
-        things: Overlays<'_>,
+        overlays: Overlays<'_>,
         describes: bool,
         farm: &Farm,
     ) -> Result<Rendered> {
-        let Overlays { bodies, lights, puffs } = things;
+        let Overlays { bodies, lights, puffs } = overlays;
         self.options.check(camera)?;
         let (mut rendered, own) = match self.planes(camera, farm)? {
             Some(view) => planes::frame(self, &view, describes, farm)?,
@@ -118,11 +118,11 @@ impl<S: PageSource> Renderer<'_, S> {
             }
 
             let rows = frame.colour.chunks_mut(camera.width as usize * SQUARE).map(Pixels::Linear);
-            puffs::add(self, camera, puffs, rows.collect(), &frame.range, farm)?;
+            plumes::add(self, camera, puffs, rows.collect(), &frame.range, farm)?;
             clouds::into_frame(self, frame, farm)?;
             let rows = frame.colour.chunks_mut(camera.width as usize * SQUARE).map(Pixels::Linear);
 
-            fall::add(self, camera, rows.collect(), &frame.range, farm)
+            precipitation::add(self, camera, rows.collect(), &frame.range, farm)
         })?;
 
         let Frame { range, level, .. } = &mut rendered.frame;
@@ -150,10 +150,10 @@ impl<S: PageSource> Renderer<'_, S> {
     pub fn picture_with<'t>(
         &self,
         camera: &Camera,
-        things: impl Into<Overlays<'t>>,
+        overlays: impl Into<Overlays<'t>>,
         farm: &Farm,
     ) -> Result<(Picture, Account)> {
-        let Overlays { bodies, lights, puffs } = things.into();
+        let Overlays { bodies, lights, puffs } = overlays.into();
         self.options.check(camera)?;
         let view = BodyView::new(camera, bodies, self.options.curvature);
         let shadows = Shadows::of(self, camera, bodies);
@@ -205,9 +205,9 @@ impl<S: PageSource> Renderer<'_, S> {
                 glints.add(self.isa, rows_of(&mut picture).collect(), farm)?;
             }
 
-            puffs::add(self, camera, puffs, rows_of(&mut picture).collect(), &range, farm)?;
+            plumes::add(self, camera, puffs, rows_of(&mut picture).collect(), &range, farm)?;
             clouds::into_picture(self, camera, &mut picture, &range, farm)?;
-            fall::add(self, camera, rows_of(&mut picture).collect(), &range, farm)
+            precipitation::add(self, camera, rows_of(&mut picture).collect(), &range, farm)
         })?;
 
         self.shared.ranges.give_back(range);

@@ -50,7 +50,7 @@ impl<'a, V: Simd> UprightImage<'a, V> {
         Self { simd, upright, cells, depths, columns: simd.load(&columns), first, levels }
     }
 
-    /// Light that a plane saw in a row; both are taken into the fan.
+    /// Light that a plane saw in a row; both are taken into the plane image.
     #[inline(always)]
     fn words(&self, plane: V::I, row: V::I) -> V::I {
         self.simd.gather_words(bytemuck::cast_slice(self.cells), self.index(plane, row))
@@ -149,7 +149,7 @@ impl<V: Simd> LookUp<V> for UprightImage<'_, V> {
         let (share, rise) = (place.plane - left, place.row - below);
         let (left, below) = (left.to_int(), below.to_int());
 
-        // Rows of an unrolled screen are those of the fan.
+        // Rows of an unrolled screen are those of the plane image.
         let rows_apart = i32::from(self.levels.is_empty());
         let word = |plane: i32, row: i32| {
             self.index(left + simd.splat_int(plane), below + simd.splat_int(row * rows_apart))

@@ -2,6 +2,7 @@
 
 use super::{BuildCache, Key, Keyer};
 use crate::feather::Sheets;
+use crate::feature_solids::FeatureSolids;
 use crate::fill;
 use crate::footprint::Bounds;
 use crate::inputs::{Inputs, Opened};
@@ -10,7 +11,6 @@ use crate::object::Objects;
 use crate::options::{BuildOptions, NodataFill};
 use crate::placed::{ElevationInput, ImageryInput};
 use crate::plan::Plan;
-use crate::standing::FeatureSolids;
 use crate::warp::{LevelGrid, RasterPlacement, Rect};
 use hedgehop::voxel::{APRON, Grid, HeightCode, PAGE_SIDE, PageId, PageReadback, SharedObjects, finer_pages};
 use hedgehop_base::error::Result;
@@ -33,7 +33,7 @@ impl SourceKeys {
         plan: &Plan,
         datum: VerticalDatum,
         options: &BuildOptions,
-        steps: &BuildCache,
+        cache: &BuildCache,
     ) -> Result<Self> {
         // Files count by what they hold, and where, how and by whom it is made does not.
         let settings = BuildOptions {
@@ -56,7 +56,7 @@ impl SourceKeys {
 
         let settings = Keyer::of("area").with(&settings).with(&plan.grid).with(&plan.stored.outside());
         let mut settings = settings.with(&plan.crs.name()).with(&plan.crs.proj()).with(&datum.label());
-        let mut elevation = keys(&inputs.elevation, steps)?;
+        let mut elevation = keys(&inputs.elevation, cache)?;
         if let Some(clouds) = elevation.get_mut(..inputs.clouds.len()).filter(|clouds| !clouds.is_empty()) {
             // One raster holds the points of all, and what stands on them may reach further than it does.
             let all = clouds.iter().fold(Keyer::of("clouds"), |keyer, key| keyer.with_key(*key)).key();
@@ -64,7 +64,7 @@ impl SourceKeys {
             settings = settings.with_key(all);
         }
 
-        let (imagery, land_cover) = (keys(&inputs.imagery, steps)?, keys(&inputs.land_cover, steps)?);
+        let (imagery, land_cover) = (keys(&inputs.imagery, cache)?, keys(&inputs.land_cover, cache)?);
         Ok(Self { elevation, imagery, land_cover, settings: settings.key() })
     }
 
@@ -75,13 +75,13 @@ impl SourceKeys {
     }
 }
 
-fn keys<T>(rasters: &[Opened<T>], steps: &BuildCache) -> Result<Vec<Key>> {
+fn keys<T>(rasters: &[Opened<T>], cache: &BuildCache) -> Result<Vec<Key>> {
     let key = |(index, raster): (usize, &Opened<T>)| {
         let Opened { geo, crs, datum, block, facts, .. } = raster;
         // Voxels tell by number which raster they are of.
         let keyer = Keyer::of("raster").with(&index).with(geo).with(&crs.name()).with(&crs.proj());
         let keyer = keyer.with(&datum.label()).with(block).with(facts);
-        Ok(keyer.with_key(steps.content(&raster.path)?).key())
+        Ok(keyer.with_key(cache.content(&raster.path)?).key())
     };
     rasters.iter().enumerate().map(key).collect()
 }
@@ -110,7 +110,7 @@ pub(crate) struct PageKeys<'a> {
     /// All elevation counts everywhere.
     ground: Option<Key>,
     grid: Grid,
-    standing: Option<&'a FeatureSolids>,
+    feature_solids: Option<&'a FeatureSolids>,
     objects: Option<&'a Objects>,
 }
 
@@ -122,7 +122,7 @@ impl<'a> PageKeys<'a> {
         fill: NodataFill,
         (grid, code): (Grid, HeightCode),
         tint: &dyn std::fmt::Debug,
-        (standing, objects): (Option<&'a FeatureSolids>, Option<&'a Objects>),
+        (feature_solids, objects): (Option<&'a FeatureSolids>, Option<&'a Objects>),
     ) -> Self {
         let heights = elevation.iter().map(|s| (&s.placement, s.samples.size(), s.reach, s.pixel_side));
         let colours = imagery.iter().map(|s| (&s.placement, s.samples.size(), s.reach, s.pixel_side));
@@ -133,7 +133,7 @@ impl<'a> PageKeys<'a> {
         // The broad shape of wide voids comes from the whole of a raster.
         let ground = (fill == NodataFill::Interpolate).then(|| keys.ground());
         let sources = elevation.into_iter().chain(imagery).chain(land_cover).collect();
-        Self { settings, sources, ground, grid, standing, objects }
+        Self { settings, sources, ground, grid, feature_solids, objects }
     }
 
     /// Adds the objects that are placed. They count everywhere: pages know them by number.
@@ -171,8 +171,8 @@ impl<'a> PageKeys<'a> {
 
         // Slopes in the apron ask for a voxel more.
         let around = page.grown(APRON + 1, &level.grid);
-        if let Some(standing) = self.standing {
-            keyer = standing.keys_around(around, &level).into_iter().fold(keyer, Keyer::with_key);
+        if let Some(feature_solids) = self.feature_solids {
+            keyer = feature_solids.keys_around(around, &level).into_iter().fold(keyer, Keyer::with_key);
         }
 
         // Scatters ask for ground, and keep away from what stands there.
@@ -180,8 +180,8 @@ impl<'a> PageKeys<'a> {
         if let Some(objects) = self.objects {
             keyer = objects.keys_around(around, &level).into_iter().fold(keyer, Keyer::with_key);
             let wide = around.grown(around_objects, &level.grid);
-            if let Some(standing) = self.standing.filter(|_| objects.avoid_features()) {
-                keyer = standing.keys_around(wide, &level).into_iter().fold(keyer, Keyer::with_key);
+            if let Some(feature_solids) = self.feature_solids.filter(|_| objects.avoid_features()) {
+                keyer = feature_solids.keys_around(wide, &level).into_iter().fold(keyer, Keyer::with_key);
             }
         }
 
@@ -189,7 +189,8 @@ impl<'a> PageKeys<'a> {
             keyer = keyer.with_key(ground);
         }
         // Features ask for ground further away.
-        let margin = self.standing.and_then(|standing| standing.margin(around, &level)).unwrap_or(0);
+        let margin =
+            self.feature_solids.and_then(|feature_solids| feature_solids.margin(around, &level)).unwrap_or(0);
         let wide = around.grown(around_objects + margin + fill::REACH, &level.grid);
         let here = self.sources.iter().filter(|(_, reach)| wide.meets(reach, &level.grid));
 

@@ -60,50 +60,50 @@ impl DeferredEviction {
 mod tests {
     use super::*;
 
-    fn all_gone(leaving: &mut DeferredEviction) -> Vec<u32> {
-        std::iter::from_fn(|| leaving.gone()).collect()
+    fn all_gone(deferred: &mut DeferredEviction) -> Vec<u32> {
+        std::iter::from_fn(|| deferred.gone()).collect()
     }
 
     #[test]
     fn pages_go_when_the_last_frame_that_had_them_has_ended() {
-        let mut leaving = DeferredEviction::default();
-        leaving.leave(1);
-        assert_eq!(all_gone(&mut leaving), [1], "nobody reads it");
-        let first = leaving.begin();
-        leaving.leave(2);
-        let second = leaving.begin();
-        leaving.leave(3);
-        assert!(all_gone(&mut leaving).is_empty());
+        let mut deferred = DeferredEviction::default();
+        deferred.leave(1);
+        assert_eq!(all_gone(&mut deferred), [1], "nobody reads it");
+        let first = deferred.begin();
+        deferred.leave(2);
+        let second = deferred.begin();
+        deferred.leave(3);
+        assert!(all_gone(&mut deferred).is_empty());
         // The second never had page 2, but page 3.
-        leaving.end(first);
-        assert_eq!(all_gone(&mut leaving), [2]);
-        let third = leaving.begin();
-        leaving.end(second);
-        assert_eq!(leaving.waiting().collect::<Vec<_>>(), [3]);
-        assert_eq!(all_gone(&mut leaving), [3]);
-        leaving.leave(4);
-        leaving.end(third);
-        assert_eq!(all_gone(&mut leaving), [4]);
+        deferred.end(first);
+        assert_eq!(all_gone(&mut deferred), [2]);
+        let third = deferred.begin();
+        deferred.end(second);
+        assert_eq!(deferred.waiting().collect::<Vec<_>>(), [3]);
+        assert_eq!(all_gone(&mut deferred), [3]);
+        deferred.leave(4);
+        deferred.end(third);
+        assert_eq!(all_gone(&mut deferred), [4]);
     }
 
     #[test]
     fn pages_that_come_back_wait_no_more() {
-        let mut leaving = DeferredEviction::default();
-        let frame = leaving.begin();
-        (1..=3).for_each(|page| leaving.leave(page));
-        assert!(leaving.come_back(2) && !leaving.come_back(2) && !leaving.come_back(4));
-        leaving.end(frame);
-        assert_eq!(all_gone(&mut leaving), [1, 3]);
+        let mut deferred = DeferredEviction::default();
+        let frame = deferred.begin();
+        (1..=3).for_each(|page| deferred.leave(page));
+        assert!(deferred.come_back(2) && !deferred.come_back(2) && !deferred.come_back(4));
+        deferred.end(frame);
+        assert_eq!(all_gone(&mut deferred), [1, 3]);
     }
 
     #[test]
     fn frames_may_end_in_any_order() {
-        let mut leaving = DeferredEviction::default();
-        let [first, second] = [leaving.begin(), leaving.begin()];
-        leaving.leave(1);
-        leaving.end(second);
-        assert!(all_gone(&mut leaving).is_empty());
-        leaving.end(first);
-        assert_eq!(all_gone(&mut leaving), [1]);
+        let mut deferred = DeferredEviction::default();
+        let [first, second] = [deferred.begin(), deferred.begin()];
+        deferred.leave(1);
+        deferred.end(second);
+        assert!(all_gone(&mut deferred).is_empty());
+        deferred.end(first);
+        assert_eq!(all_gone(&mut deferred), [1]);
     }
 }

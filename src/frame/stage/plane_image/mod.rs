@@ -84,7 +84,7 @@ impl Depths<'_> {
     }
 }
 
-/// Looks pixels up in a fan.
+/// Looks pixels up in a plane image.
 pub trait LookUp<V: Simd> {
     /// Place of sixteen pixels in it.
     type Place;

@@ -3,12 +3,13 @@
 use super::corridor::Stored;
 use super::materials::Classes;
 use hedgehop::voxel::{
-    APRON, Attributes, Grid, HeightCode, PAGE_SIDE, PageBuffer, PageId, RADIX, SharedObject, SharedObjects,
+    APRON, Attributes, Grid, HeightCode, Metadata, PAGE_SIDE, PageBuffer, PageId, RADIX, SharedObject,
+    SharedObjects,
 };
 
 /// Counts over voxels, in voxels of level 1.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub(super) struct Census {
+pub(super) struct PageCounts {
     pub voxels: u64,
     /// Voxels of their own levels.
     pub made: u64,
@@ -26,12 +27,12 @@ pub(super) struct Census {
     pub classes: Classes,
 }
 
-impl Census {
+impl PageCounts {
     /// Counts those voxels of a page that no stored page holds more finely.
     pub fn of_finest(page: &PageBuffer, id: PageId, stored: &Stored) -> Self {
-        let mut census = Self::default();
+        let mut counts = Self::default();
         if id.level > stored.outside() {
-            return census;
+            return counts;
         }
 
         let area = u64::from(Grid::side_units(id.level)).pow(2);
@@ -46,17 +47,17 @@ impl Census {
                 let Attributes { flags, .. } = page.attributes[(y * page.width + x) as usize];
                 let sample = (y + APRON) * (page.width + 2 * APRON) + x + APRON;
                 let is_empty = page.heights[sample as usize] == HeightCode::EMPTY;
-                census.made += 1;
-                census.voxels += area;
+                counts.made += 1;
+                counts.voxels += area;
                 let is_void = flags & Attributes::VOID != 0;
-                census.voids += if is_void { area } else { 0 };
-                census.filled += if is_void && !is_empty { area } else { 0 };
-                census.empty += if is_empty { area } else { 0 };
-                census.bare += if !is_empty && flags & Attributes::NO_IMAGERY != 0 { area } else { 0 };
+                counts.voids += if is_void { area } else { 0 };
+                counts.filled += if is_void && !is_empty { area } else { 0 };
+                counts.empty += if is_empty { area } else { 0 };
+                counts.bare += if !is_empty && flags & Attributes::NO_IMAGERY != 0 { area } else { 0 };
             }
         }
 
-        census
+        counts
     }
 
     /// The range of codes in a page, its apron included, and its materials.
@@ -81,6 +82,36 @@ impl Census {
         self
     }
 
+    /// Counts the surface of a page of level 1 that another database stores, and the codes of any of its pages, which places some of `objects`.
+    pub fn of_stored(page: &PageBuffer, id: PageId, objects: &SharedObjects) -> Self {
+        let ends = page.spans.codes(objects).map(<[u16; 2]>::from);
+        let codes = [&page.heights, &page.low, &page.high].into_iter().flatten().chain(ends.iter().flatten());
+        let mut counts = Self { codes: HeightCode::range(codes), ..Self::default() };
+        if id.level == 0 {
+            let stride = (page.width + 2 * APRON) as usize;
+            let rows = page.heights.chunks_exact(stride).skip(APRON as usize).take(page.height as usize);
+            let own = rows.flat_map(|row| &row[APRON as usize..stride - APRON as usize]);
+            let is_void = |attributes: &&Attributes| attributes.flags & Attributes::VOID != 0;
+            counts.voxels = u64::from(page.width) * u64::from(page.height);
+            counts.voids = page.attributes.iter().filter(is_void).count() as u64;
+            counts.empty = own.filter(|code| **code == HeightCode::EMPTY).count() as u64;
+        }
+        counts
+    }
+
+    /// Returns the lowest and the highest surface, metres.
+    pub fn height_range(&self, heights: HeightCode) -> (f64, f64) {
+        let height = |code| heights.decode(code).unwrap_or(0.0);
+        self.codes.map_or((0.0, 0.0), |(low, high)| (height(low), height(high)))
+    }
+
+    /// Completes the metadata of a database with the shares of the part that was counted.
+    pub fn metadata(&self, whole: &Metadata) -> Metadata {
+        let share = |count: u64| if self.voxels > 0 { count as f64 / self.voxels as f64 } else { 0.0 };
+        Metadata { void_share: share(self.voids), empty_share: share(self.empty), ..whole.clone() }
+    }
+
+    /// Adds the counts of others.
     pub fn add(&mut self, other: &Self) {
         self.voxels += other.voxels;
         self.made += other.made;

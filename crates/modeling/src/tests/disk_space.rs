@@ -7,11 +7,11 @@ use std::sync::Mutex;
 use glam::DVec2;
 
 use super::support::{Area, options};
+use crate::disk_space::{DiskSpace, FREE, least_page_bytes};
 use crate::inputs::Inputs;
 use crate::object::ObjectFile;
 use crate::plan::{self, Plan};
 use crate::reach::Reach;
-use crate::room::{DiskSpace, FREE, least_page_bytes};
 use crate::synthetic::Terrain;
 use crate::{BuildOptions, build};
 use hedgehop::voxel::most_page_bytes;

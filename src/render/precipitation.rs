@@ -1,7 +1,7 @@
 //! Rain and snow close to the eye, put before all else.
 
 use super::Renderer;
-use crate::frame::Fall;
+use crate::frame::PrecipitationPass;
 use crate::frame::stage::Pixels;
 use crate::objects::SQUARE;
 use crate::space::Camera;
@@ -23,7 +23,7 @@ pub fn add<S: PageSource>(
     let air = options.atmosphere(renderer.source.header());
     let forward = camera.world_from_view().z_axis.with_z(0.0).normalize_or(glam::DVec3::Y);
     let light = options.brightness().tint() * air.sky(camera.pose.eye.z, forward.as_vec3());
-    let Some(fall) = Fall::new(falls, camera, renderer.velocity, renderer.seconds, light) else {
+    let Some(fall) = PrecipitationPass::new(falls, camera, renderer.velocity, renderer.seconds, light) else {
         return Ok(());
     };
     let rows = camera.width as usize * SQUARE;

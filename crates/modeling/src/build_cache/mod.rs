@@ -39,7 +39,7 @@ pub(super) use keys::{PageKeys, SourceKeys};
 pub(super) use log::{Extent, MadeRecord};
 use log::{KnownSteps, Log, Stamp, name_of};
 
-use super::census::Census;
+use super::counts::PageCounts;
 use super::scan::Survey;
 use hedgehop::voxel::{ContentHash, EarlierFile, EarlierPage, Grid, Metadata, PageId, PageWriter};
 use hedgehop_base::error::{Error, Result};
@@ -80,7 +80,7 @@ struct Earlier {
 pub(super) struct Reused {
     pub page: EarlierPage,
     pub bare: Option<EarlierPage>,
-    pub census: Census,
+    pub counts: PageCounts,
 }
 
 /// Whether a build that keeps its steps wrote what is there now, so that the next build may replace it.
@@ -154,7 +154,7 @@ fn beside(file: &Path) -> PathBuf {
 impl BuildCache {
     /// Reads the steps that are known of `output`.
     pub fn of(output: &Path) -> Self {
-        let mut steps = Self {
+        let mut cache = Self {
             output: output.to_owned(),
             files: HashMap::new(),
             surveys: HashMap::new(),
@@ -170,9 +170,9 @@ impl BuildCache {
         adopt(output, file.as_ref());
         let known = KnownSteps::read(&beside(output));
         let file = file.filter(|file| file.content_hash() == known.whole);
-        steps.base = file.clone().filter(|_| !known.pages.is_empty());
+        cache.base = file.clone().filter(|_| !known.pages.is_empty());
         let is_as_left = known.left.is_some() && known.left == stamp(output).ok();
-        steps.take(known, file, is_as_left);
+        cache.take(known, file, is_as_left);
 
         for part in parts(output) {
             // A build was killed between its part and its log; one that runs has just written to it.
@@ -182,11 +182,11 @@ impl BuildCache {
             }
             let Some(file) = EarlierFile::open_abandoned(&part) else { continue };
             let known = KnownSteps::read(&beside(&part));
-            steps.left.push((part, known.pages.len()));
-            steps.take(known, Some(file), false);
+            cache.left.push((part, known.pages.len()));
+            cache.take(known, Some(file), false);
         }
 
-        steps
+        cache
     }
 
     fn take(&mut self, known: KnownSteps, file: Option<EarlierFile>, is_as_left: bool) {
@@ -272,7 +272,7 @@ impl BuildCache {
         self.earlier.iter().find_map(|earlier| {
             let (page, made) = of(earlier, id)?;
             let bare = if made.has_bare { Some(of(earlier, id.bare())?.0) } else { None };
-            Some(Reused { page, bare, census: made.census })
+            Some(Reused { page, bare, counts: made.counts })
         })
     }
 
@@ -329,36 +329,36 @@ impl BuildCache {
 }
 
 /// Begins a database: noted from now on, and a change of the one that is there, of so many bytes at most, if steps are kept.
-pub(super) fn begin(steps: Option<&BuildCache>, mut writer: PageWriter, changes: u64) -> Result<PageWriter> {
-    let Some(steps) = steps else { return Ok(writer) };
-    if let Some(base) = &steps.base {
+pub(super) fn begin(cache: Option<&BuildCache>, mut writer: PageWriter, changes: u64) -> Result<PageWriter> {
+    let Some(cache) = cache else { return Ok(writer) };
+    if let Some(base) = &cache.base {
         writer = writer.patching(base, changes);
     }
-    steps.begin(writer.part())?;
+    cache.begin(writer.part())?;
     Ok(writer)
 }
 
 /// Ends a database and gives it its name. Returns identity and bytes.
 pub(super) fn publish(
-    steps: Option<&BuildCache>,
+    cache: Option<&BuildCache>,
     writer: PageWriter,
     metadata: &Metadata,
     height_range: (f64, f64),
 ) -> Result<(ContentHash, u64)> {
     let sealed = writer.seal(metadata, height_range)?;
     let (content_hash, bytes) = (sealed.content_hash, sealed.bytes);
-    steps.map_or(Ok(()), |steps| steps.seal(content_hash))?;
+    cache.map_or(Ok(()), |cache| cache.seal(content_hash))?;
     sealed.publish()?;
-    steps.into_iter().for_each(BuildCache::finish);
+    cache.into_iter().for_each(BuildCache::finish);
     Ok((content_hash, bytes))
 }
 
 /// Builds the error of a build that ends after so many pages; if it is an interruption and steps are kept, they wait for the next build.
-pub(super) fn kept(steps: Option<&BuildCache>, writer: PageWriter, pages: u64, error: Error) -> Error {
-    match (steps, error) {
-        (Some(steps), Error::Interrupted(_)) if pages > 0 => {
+pub(super) fn kept(cache: Option<&BuildCache>, writer: PageWriter, pages: u64, error: Error) -> Error {
+    match (cache, error) {
+        (Some(cache), Error::Interrupted(_)) if pages > 0 => {
             writer.keep();
-            steps.interrupted(pages);
+            cache.interrupted(pages);
             let kept = "no database was written; the pages made so far are kept, and the same command goes on from there";
             Error::Interrupted(kept.into())
         }

@@ -6,7 +6,7 @@ use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use super::super::clock::Claim;
-use super::super::tally::PagingCounters;
+use super::super::counters::PagingCounters;
 use super::{Expected, KEPT_LEVEL, Ledger, ResidentPages, SOON, state};
 use crate::voxel::{PageId, PageNeeds, PagePart};
 

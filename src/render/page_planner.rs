@@ -7,7 +7,7 @@ use glam::DVec2;
 
 use super::Renderer;
 use crate::flight::Extrapolation;
-use crate::memory::PagePlan;
+use crate::memory::PagePlanner;
 use crate::space::{Camera, Pose};
 use crate::subimage::Farm;
 use crate::sunlight::Shade;
@@ -36,7 +36,7 @@ impl<'a, S: PageSource> FlightPlan<'a, S> {
     }
 }
 
-impl<S: PageSource> PagePlan for FlightPlan<'_, S> {
+impl<S: PageSource> PagePlanner for FlightPlan<'_, S> {
     fn needs(&self, frame: u32) -> Result<PageNeeds> {
         match self.cameras.get(frame as usize) {
             Some((_, camera)) => self.renderer.foresee(camera, self.farm),
@@ -142,7 +142,7 @@ impl<'a, S: PageSource> LivePlan<'a, S> {
     }
 }
 
-impl<S: PageSource> PagePlan for LivePlan<'_, S> {
+impl<S: PageSource> PagePlanner for LivePlan<'_, S> {
     fn needs(&self, frame: u32) -> Result<PageNeeds> {
         match self.predict(frame) {
             Some(camera) => self.renderer.foresee(&camera, self.farm),

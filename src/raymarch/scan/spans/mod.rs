@@ -12,7 +12,7 @@
 //! ```
 //!
 //! A plane sees a span as a quadrilateral, so that in a column of the picture it is an interval of tangents per face. What is nearer hides
-//! what is further away: rows keep what is left of them ([`Column`]), and the ground hides all below its *crest*, the highest tangent
+//! what is further away: rows keep what is left of them ([`Column`]), and the ground hides all below its *horizon*, the highest tangent
 //! of its [`Profile`] so far, which also is where what stands on the ground begins. Marching columns of voxels by planes, with the
 //! rows that are still open, is how voxel landscapes with overhangs were drawn before (K. Silverman's Voxlap engine, 2000); here
 //! spans have planes for ends and walls, and cover shares of rows.
@@ -21,8 +21,8 @@
 //! plane does many times, voxels of a block and rows of the picture.
 
 mod column;
-mod crest;
 mod crossing;
+mod horizon;
 mod voxels;
 mod walk;
 
@@ -33,8 +33,8 @@ use glam::DVec3;
 
 use self::column::FreeRows;
 pub use self::column::SpanCoverage;
-use self::crest::Crest;
 use self::crossing::VoxelCrossing;
+use self::horizon::FloatingHorizon;
 use self::voxels::{Passed, PlaneCourse, VoxelVeil};
 use self::walk::{VoxelStep, Walk};
 use super::{MarchField, PlaneGroup, Profile, RowTable};
@@ -77,7 +77,7 @@ pub struct SpanScan<'f> {
     /// Tangents that are of interest.
     pub field: MarchField,
     /// Rows, and which of them are filled.
-    pub ladder: &'f RowTable,
+    pub row_table: &'f RowTable,
     /// Index of the first one.
     pub first: usize,
     /// Number of rows.
@@ -126,7 +126,7 @@ struct Plane<'f, 'a, L> {
     course: PlaneCourse,
     /// Change of units per metre of depth to the next plane.
     beside: [f32; 2],
-    crest: Crest<'f>,
+    horizon: FloatingHorizon<'f>,
     /// Floor below which the ground or nearer spans hide everything: tangent, and rows.
     floor: f32,
     hidden: f32,
@@ -169,7 +169,7 @@ impl<'a> SpanMarch<'a> {
         if standing.until <= 0.0 {
             return Ok(());
         }
-        let centres = standing.ladder.centres[standing.first..].chunks(LANES);
+        let centres = standing.row_table.centres[standing.first..].chunks(LANES);
         let sixteen = |centres: &[f32]| {
             Sixteen(std::array::from_fn(|row| centres.get(row).copied().unwrap_or_default()))
         };
@@ -211,7 +211,7 @@ impl<L: FacetLight> Kernel for Following<'_, '_, L> {
                     f64::from(group.depth[lane]),
                 ),
                 beside: group.beside(lane),
-                crest: Crest::new(standing.profile, lane, standing.field.tangents[0]),
+                horizon: FloatingHorizon::new(standing.profile, lane, standing.field.tangents[0]),
                 floor: standing.field.tangents[0],
                 hidden: 0.0,
             };
@@ -275,32 +275,32 @@ impl<L: FacetLight> Plane<'_, '_, L> {
         } else {
             tangents(spans.low).into_iter().fold(f32::INFINITY, f32::min)
         };
-        let crest = self.crest.at((1.0 / (self.depth * block.enter)) as f32);
-        if high <= self.floor || high <= crest || lowest >= self.standing.field.tangents[1] {
+        let horizon = self.horizon.at((1.0 / (self.depth * block.enter)) as f32);
+        if high <= self.floor || high <= horizon || lowest >= self.standing.field.tangents[1] {
             return true;
         }
-        self.raise_floor(crest);
+        self.raise_floor(horizon);
         high <= self.floor
     }
 
-    /// Finds below which tangent all is hidden, behind ground with this crest.
+    /// Finds below which tangent all is hidden, behind ground with this horizon.
     #[inline(always)]
-    fn raise_floor(&mut self, crest: f32) {
-        let SpanScan { ladder, first, .. } = self.standing;
-        if crest > self.floor {
-            self.hidden = self.hidden.max(ladder.rows_below(crest) - first as f32);
+    fn raise_floor(&mut self, horizon: f32) {
+        let SpanScan { row_table, first, .. } = self.standing;
+        if horizon > self.floor {
+            self.hidden = self.hidden.max(row_table.rows_below(horizon) - first as f32);
         }
         let hidden = self.hidden;
         let lowest = self.column().close_below(hidden);
-        let edge = ladder.edges.get(first + lowest).copied().unwrap_or(f32::INFINITY);
+        let edge = row_table.edges.get(first + lowest).copied().unwrap_or(f32::INFINITY);
         self.hidden = self.hidden.max(lowest as f32);
-        self.floor = self.floor.max(crest).max(edge);
+        self.floor = self.floor.max(horizon).max(edge);
     }
 
     /// Looks at the voxels of a block.
     #[inline(always)]
     fn cross_block<V: Simd>(&mut self, simd: V, (page, view): (PageId, &SpansView<'_>), block: &VoxelStep) {
-        let SpanScan { eye, ladder, first, .. } = self.standing;
+        let SpanScan { eye, row_table, first, .. } = self.standing;
         let (depth, lane) = (self.depth, self.lane);
         let drop = f64::from(self.standing.group.drop[lane]);
         let SpanMarch { blocks, metric, columns, passed, centres, .. } = &mut *self.march;
@@ -326,7 +326,7 @@ impl<L: FacetLight> Plane<'_, '_, L> {
                 metric,
                 column: &mut columns[lane],
                 light: &mut *self.light,
-                ladder,
+                row_table,
                 first: first as f32,
                 centres,
                 ground: self.ground,
@@ -341,7 +341,7 @@ impl<L: FacetLight> Plane<'_, '_, L> {
                 above: above(f64::from(near), f64::from(far)) as f32,
             };
 
-            crossing.look_at(stands.at(voxel.place), &mut self.crest);
+            crossing.look_at(stands.at(voxel.place), &mut self.horizon);
         }
     }
 }

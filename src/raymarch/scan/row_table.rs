@@ -1,4 +1,4 @@
-//! The rows of a fan: which tangents they span, and which rows a tangent is near.
+//! The rows of a plane image: which tangents they span, and which rows a tangent is near.
 
 use std::ops::Range;
 
@@ -40,19 +40,19 @@ impl RowTable {
         let cells = CELLS * edges.len();
         let per_unit = cells as f32 / (ends[1] - ends[0]).max(f32::MIN_POSITIVE);
         let least_row = least_row(&per_row, &centres);
-        let mut ladder =
+        let mut row_table =
             Self { edges, centres, per_row, least_row, before: Vec::new(), start: ends[0], per_unit };
         let mut before = vec![0; cells + 2];
-        for &edge in &ladder.edges {
-            before[(ladder.cell(evenly(edge)) + 1).min(cells + 1)] += 1;
+        for &edge in &row_table.edges {
+            before[(row_table.cell(evenly(edge)) + 1).min(cells + 1)] += 1;
         }
         let mut sum = 0;
         for count in &mut before {
             sum += *count;
             *count = sum;
         }
-        ladder.before = before;
-        ladder
+        row_table.before = before;
+        row_table
     }
 
     /// Cells between which all edges are that lie above tangents `low` and not above `high`, and few others.
@@ -110,7 +110,7 @@ fn least_row(per_row: &[f32], centres: &[f32]) -> [f32; 2] {
     most.map(|per_row| 1.0 / per_row.max(f32::MIN_POSITIVE))
 }
 
-/// A coordinate from −1 to 1 in which rows of any fan are about equally far apart.
+/// A coordinate from −1 to 1 in which rows of any plane image are about equally far apart.
 #[inline(always)]
 fn evenly(tangent: f32) -> f32 {
     tangent / (1.0 + tangent.abs())

@@ -18,7 +18,7 @@ use hedgehop_base::error::{Error, Result};
 /// Ends the name of the part that a log is of while it is on its way.
 const ON_ITS_WAY: &str = ".part-taken";
 
-/// Gives the database that builds keep at `from` the name `to`, with what is known of its steps: the next build of `to` makes only what changed.
+/// Gives the database that builds keep at `from` the name `to`, with what is known of its cacheto` makes only what changed.
 /// What was at `to` is replaced, and nothing is left of either build.
 ///
 /// # Errors

@@ -17,6 +17,7 @@ use std::sync::OnceLock;
 
 use glam::DVec2;
 
+use super::build_cache::{BuildCache, Extent, Key, Keyer};
 use super::features::{
     self, Bound, Feature, Graded, Ground, Layer, LayerOptions, Paint, Rank, Solid, Square,
 };
@@ -24,7 +25,6 @@ use super::groves::Groves;
 use super::page::{PageMaker, Project};
 use super::placing::{Collection, Placed};
 use super::plan::Plan;
-use super::steps::{BuildCache, Extent, Key, Keyer};
 use super::warp::{LevelGrid, Rect};
 use super::workers::in_order;
 use hedgehop::voxel::{Grid, PAGE_SIDE};
@@ -90,38 +90,39 @@ pub(super) fn place(layers: &[(Layer, LayerOptions)], plan: &Plan) -> Result<(Ve
 }
 
 impl FeatureSolids {
-    /// Finds out what each feature may change on ground that `natural` makes, up to `highest` metres high. Those that `steps` knows need not
+    /// Finds out what each feature may change on ground that `natural` makes, up to `highest` metres high. Those that `cache knows need not
     /// be bound for that; `ground` is the key of all elevation.
     pub fn new(
         features: Vec<Feature>,
         (natural, highest): (&Project<'_>, f64),
-        steps: Option<(&BuildCache, Key)>,
+        cache: Option<(&BuildCache, Key)>,
         threads: usize,
         observer: &dyn Observer,
     ) -> Result<Self> {
         let grid = natural.grid;
         let key = |feature: &Feature| {
-            let ground = steps.map(|(_, ground)| ground)?;
+            let ground = cache.map(|(_, ground)| ground)?;
             Some(Keyer::of("feature").with_key(ground).with(&highest).with(feature).key())
         };
         let keys: Vec<Key> = features.iter().filter_map(key).collect();
         let bound = features.iter().map(|_| OnceLock::new()).collect();
-        let mut standing = Self { features, keys, bound, ..Self::default() };
-        let mut extents = Vec::with_capacity(standing.features.len());
-        observer.begin("features", standing.features.len() as u64, "features");
+        let mut feature_solids = Self { features, keys, bound, ..Self::default() };
+        let mut extents = Vec::with_capacity(feature_solids.features.len());
+        observer.begin("features", feature_solids.features.len() as u64, "features");
 
         in_order(
-            standing.features.len() as u64,
+            feature_solids.features.len() as u64,
             threads,
             observer,
             || PageMaker::new(natural),
             |maker, index| {
-                let known = steps.and_then(|(steps, _)| steps.extent(*standing.keys.get(index as usize)?));
-                known.map_or_else(|| standing.extent(index as usize, maker, highest), Ok)
+                let known =
+                    cache.and_then(|(cache, _)| cache.extent(*feature_solids.keys.get(index as usize)?));
+                known.map_or_else(|| feature_solids.extent(index as usize, maker, highest), Ok)
             },
             |index, extent| {
-                if let (Some((steps, _)), Some(key)) = (steps, standing.keys.get(index as usize)) {
-                    steps.bound(*key, &extent);
+                if let (Some((cache, _)), Some(key)) = (cache, feature_solids.keys.get(index as usize)) {
+                    cache.bound(*key, &extent);
                 }
                 extents.push(extent);
                 observer.advance(1);
@@ -130,10 +131,10 @@ impl FeatureSolids {
         )?;
 
         observer.end();
-        standing.extents = extents;
-        standing.sort_in(&grid);
+        feature_solids.extents = extents;
+        feature_solids.sort_in(&grid);
 
-        Ok(standing)
+        Ok(feature_solids)
     }
 
     /// Adds the trees of its woods to the objects that the database places.

@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use super::census::Census;
+use super::counts::PageCounts;
 use super::features::Layer;
 use super::footprint::{Bounds, joined};
 use super::inputs::{Input, Inputs, Opened, file_name};
@@ -171,8 +171,8 @@ pub(super) fn coarse_steps(without: HeightCode, with: HeightCode) -> Option<Stri
 }
 
 /// Says how much of the ground the imagery leaves without colour, if it does.
-pub(super) fn bare(census: &Census, no_imagery: bool, is_covered: bool) -> Option<String> {
-    let share = 100.0 * census.bare as f64 / census.voxels.saturating_sub(census.empty).max(1) as f64;
+pub(super) fn bare(counts: &PageCounts, no_imagery: bool, is_covered: bool) -> Option<String> {
+    let share = 100.0 * counts.bare as f64 / counts.voxels.saturating_sub(counts.empty).max(1) as f64;
     // Less would be shown as nothing.
     const LEAST: f64 = 0.005;
     (!no_imagery && share >= LEAST).then(|| {
@@ -185,9 +185,9 @@ pub(super) fn bare(census: &Census, no_imagery: bool, is_covered: bool) -> Optio
 const LEAST_SHARE: f64 = 0.000_5;
 
 /// Says how much of the area lies in voids of elevation, what became of them, and what helps.
-pub(super) fn voids(census: &Census, options: &BuildOptions) -> Vec<String> {
-    let percent = |count: u64| 100.0 * count as f64 / census.voxels.max(1) as f64;
-    let (filled, left) = (percent(census.filled), percent(census.voids - census.filled));
+pub(super) fn voids(counts: &PageCounts, options: &BuildOptions) -> Vec<String> {
+    let percent = |count: u64| 100.0 * count as f64 / counts.voxels.max(1) as f64;
+    let (filled, left) = (percent(counts.filled), percent(counts.voids - counts.filled));
     let mut notes = Vec::new();
     if options.nodata_fill == NodataFill::Small && filled >= LEAST_SHARE {
         notes.push(format!(

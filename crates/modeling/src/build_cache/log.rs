@@ -21,7 +21,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::key::Key;
-use crate::census::Census;
+use crate::counts::PageCounts;
 use crate::materials::Classes;
 use crate::scan::Survey;
 use hedgehop::voxel::{ContentHash, PageEntry, PageId, PagePart};
@@ -120,7 +120,7 @@ pub(crate) struct MadeRecord {
     pub id: PageId,
     pub entry: PageEntry,
     pub key: Key,
-    pub census: Census,
+    pub counts: PageCounts,
     /// Whether a page of bare ground goes with it.
     pub has_bare: bool,
 }
@@ -128,7 +128,7 @@ pub(crate) struct MadeRecord {
 impl From<&MadeRecord> for PageRecord {
     fn from(made: &MadeRecord) -> Self {
         let PageEntry { offset, length, spans, crc, hash } = made.entry;
-        let Census { voxels, made: own, voids, filled, empty, bare, codes, classes } = made.census;
+        let PageCounts { voxels, made: own, voids, filled, empty, bare, codes, classes } = made.counts;
         let (low, high) = codes.unwrap_or_default();
         Self {
             offset,
@@ -158,7 +158,7 @@ impl From<PageRecord> for MadeRecord {
             id: PageId { level: record.level as u8, px: record.px, py: record.py },
             entry: PageEntry { offset, length, spans, crc, hash },
             key: record.key,
-            census: Census {
+            counts: PageCounts {
                 voxels,
                 made,
                 voids,

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::Renderer;
-use super::fan::DepthsMut;
+use super::plane_image::DepthsMut;
 use crate::frame::stage::{Air, Cell, Scale, SpanPaint};
 use crate::raymarch::scan::{
     KeptPlanes, MarchField, PlaneGroup, Profile, RowTable, SpanCoverage, SpanMarch, SpanScan,
@@ -29,7 +29,7 @@ pub struct SeenGroup<'s> {
     /// Major distance up to which it is bare, units.
     pub bare_until: f64,
     pub field: MarchField,
-    pub ladder: &'s RowTable,
+    pub row_table: &'s RowTable,
     pub kept: &'s KeptPlanes,
     pub scale: Scale,
     pub air: &'s Air,
@@ -40,7 +40,7 @@ impl<'a> SpanRenderer<'a> {
     /// Builds the drawing of spans for pictures from `eye` (units, units, metres); `None` where there are none.
     pub fn new<S: PageSource>(renderer: &'a Renderer<'_, S>, eye: DVec3) -> Option<Self> {
         let source = renderer.source;
-        source.header().is_built.then(|| Self {
+        source.header().has_spans.then(|| Self {
             isa: renderer.isa,
             eye,
             march: SpanMarch::new(source),
@@ -54,14 +54,14 @@ impl<'a> SpanRenderer<'a> {
     /// # Errors
     /// A page that is damaged.
     pub fn put(&mut self, seen: &SeenGroup<'_>, cells: &mut [Cell], depths: DepthsMut<'_>) -> Result<()> {
-        let SeenGroup { group, profile, bare_until, field, ladder, kept, scale, air, squares } = *seen;
+        let SeenGroup { group, profile, bare_until, field, row_table, kept, scale, air, squares } = *seen;
         let standing = SpanScan {
             eye: self.eye,
             group,
             profile,
             until: bare_until,
             field,
-            ladder,
+            row_table,
             first: kept.first,
             rows: kept.filled.len(),
             has_depths: !depths.inverse.is_empty(),
@@ -70,7 +70,7 @@ impl<'a> SpanRenderer<'a> {
         let DepthsMut { inverse, tilts } = depths;
         let cover = &self.cover;
         let solids =
-            SpanPaint { ladder, first: kept.first, cells, scale, inverse, tilts, cover, air, squares };
+            SpanPaint { row_table, first: kept.first, cells, scale, inverse, tilts, cover, air, squares };
         solids.put(self.isa);
         Ok(())
     }
