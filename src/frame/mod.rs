@@ -52,7 +52,7 @@ pub use matte::{Matte, MatteCoverage};
 pub use motion::{MotionStep, motion};
 pub use pattern::{FramePattern, Target};
 pub use picture::Picture;
-pub use precipitation::PrecipitationPass;
+pub use precipitation::PrecipitationStage;
 pub use rate::FrameRate;
 pub use ray_table::{read_ray_table, write_ray_table};
 

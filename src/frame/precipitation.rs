@@ -63,14 +63,14 @@ struct Streak {
 
 /// Precipitation before a screen.
 #[derive(Debug)]
-pub struct PrecipitationPass {
+pub struct PrecipitationStage {
     streaks: Vec<Streak>,
     /// Light that it sends, linear Rec. 709.
     light: Vec3,
     width: usize,
 }
 
-impl PrecipitationPass {
+impl PrecipitationStage {
     /// Makes `falls` fall before `camera`, which moves at `velocity` metres per second (x east, y north, z up), so many `seconds` into a flight, and sends `light`. `None` on
     /// orthographic screens, which have no eye.
     pub fn new(
@@ -203,9 +203,9 @@ mod tests {
 
     const RAIN: Precipitation = Precipitation { kind: PrecipitationKind::Rain, rate: 10.0, wind: [0.0, 0.0] };
 
-    fn fall(falls: &Precipitation, velocity: DVec3, seconds: f64) -> PrecipitationPass {
+    fn fall(falls: &Precipitation, velocity: DVec3, seconds: f64) -> PrecipitationStage {
         let camera = camera(DVec3::new(500.0, 700.0, 90.0) + velocity * seconds);
-        PrecipitationPass::new(falls, &camera, velocity, seconds, Vec3::ONE).unwrap()
+        PrecipitationStage::new(falls, &camera, velocity, seconds, Vec3::ONE).unwrap()
     }
 
     #[test]

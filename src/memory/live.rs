@@ -35,7 +35,7 @@ pub struct LiveFlight<'f, 'p> {
 }
 
 impl LiveFlight<'_, '_> {
-    /// A frame begins, with the pages that are in memory. What is known of its pose is to be told to the foresight before.
+    /// A frame begins, with the pages that are in memory. What is known of its pose is to be told to the planner before.
     pub fn begin(&self, frame: u32) -> PresentPages<'_> {
         let present = self.flight.pages.present(&self.flight.news);
         self.begun.fetch_max(frame + 1, Ordering::Release);

@@ -1,7 +1,7 @@
 //! Memory management: pages that are resident, and their coming in time.
 //!
 //! ```text
-//! poses ──foresight──▶ pages of frames I+1 … I+30 ──memory thread──▶ resident ──▶ marchers, as a PageSource
+//! poses ──page planner──▶ pages of frames I+1 … I+30 ──memory thread──▶ resident ──▶ marchers, as a PageSource
 //!                                                        ▲    │
 //!                                          evictions ────┘    └──▶ the frame may begin
 //! ```

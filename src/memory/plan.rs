@@ -1,7 +1,7 @@
 //! Page plan: a flight's needs of a database, before it is flown.
 //!
 //! ```text
-//! for each frame:  which pages does it need?             told by the foresight
+//! for each frame:  which pages does it need?             told by the planner
 //!     needed for the first time:                         read, whatever the memory
 //!     last needed more than 30 frames ago:               read again if no more is kept than what is known to be needed
 //! pages of 30 frames ahead, together:                    what must fit into memory for a flight that never waits

@@ -1,57 +1,166 @@
-//! A view with all that joins its ground, one after the other: shadows of bodies, bodies, clouds.
+//! One frame, composed: the ground, and every overlay over it.
+//!
+//! ```text
+//! camera ──▶ ground by scan planes, or by the reference ──▶ canvas
+//!                shadows of bodies ──▶ bodies ──▶ lights ──▶ plumes ──▶ clouds ──▶ precipitation
+//! ```
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-use super::lights::Sought;
-use super::merge::{Bodies, rows_of};
-use super::shadows::Shadows;
-use super::{Account, Rendered, Renderer, clouds, matte, planes, plumes, precipitation, reference};
-use crate::frame::stage::Pixels;
+use super::account::{Account, Rendered};
+use super::bodies::BodyPass;
+use super::canvas::Canvas;
+use super::clouds::CloudPass;
+use super::lights::LightPass;
+use super::overlays::{Overlays, Pass};
+use super::plumes::PlumePass;
+use super::precipitation::PrecipitationPass;
+use super::renderer::Renderer;
+use super::shadows::{ShadowPass, Shadows};
+use super::{matte, planes, reference};
 use crate::frame::{Frame, Picture};
-use crate::objects::{Body, BodyView, PointLight, Puff, SQUARE};
-use crate::scene::Scenery;
+use crate::objects::BodyView;
 use crate::space::Camera;
 use crate::subimage::Farm;
 use crate::voxel::PageSource;
 use hedgehop_base::colour::srgb8_picture;
 use hedgehop_base::error::Result;
 
-/// Overlays that may be merged with the ground.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Overlays<'t> {
-    /// Bodies, no two with the same id.
-    pub bodies: &'t [Body],
-    /// Lamps that shine.
-    pub lights: &'t [PointLight],
-    /// Smoke and dust.
-    pub puffs: &'t [Puff],
+/// Image that is asked of a view.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Wanted {
+    /// A frame with all its channels.
+    Channels,
+    /// A frame of which only colour and range mean something; ranges at outlines of what scan planes see are those of the nearest plane and row.
+    Light,
+    /// An 8-bit picture.
+    Codes,
 }
 
-impl<'t> From<&'t [Body]> for Overlays<'t> {
-    fn from(bodies: &'t [Body]) -> Self {
-        Self { bodies, ..Self::default() }
-    }
+/// Canvas with the ground on it, and what that cost.
+struct Ground {
+    canvas: Canvas,
+    account: Account,
+    /// Ranges along the pixels' own rays, where [`Wanted::Channels`] has them apart from those by which overlays are merged.
+    own_ranges: Option<Vec<f32>>,
 }
 
-impl<'t> From<&'t Vec<Body>> for Overlays<'t> {
-    fn from(bodies: &'t Vec<Body>) -> Self {
-        bodies.as_slice().into()
-    }
-}
-
-impl<'t> From<&'t Scenery> for Overlays<'t> {
-    fn from(scenery: &'t Scenery) -> Self {
-        Self { bodies: &scenery.bodies, lights: &scenery.lights, puffs: &scenery.puffs }
-    }
-}
-
-impl<'t, const COUNT: usize> From<&'t [Body; COUNT]> for Overlays<'t> {
-    fn from(bodies: &'t [Body; COUNT]) -> Self {
-        bodies.as_slice().into()
-    }
+/// Ranges of the ground that overlays of a picture ask for.
+struct AskedRanges {
+    /// Whether any range is.
+    any: bool,
+    /// Parts of rows whose ranges are, as of [`BodyView::parts`]; empty: all of the screen.
+    parts: Vec<bool>,
+    /// Whether passes after the bodies ask for ranges.
+    after_bodies: bool,
 }
 
 impl<S: PageSource> Renderer<'_, S> {
+    /// Composes what `camera` sees: the ground, then one overlay after the other. The image has the same bits for any number of workers.
+    pub(super) fn compose(
+        &self,
+        camera: &Camera,
+        overlays: Overlays<'_>,
+        wanted: Wanted,
+        farm: &Farm,
+    ) -> Result<(Canvas, Account)> {
+        let Overlays { bodies, lights, puffs } = overlays;
+        self.options.check(camera)?;
+
+        // What the overlays have on the screen decides which ranges of the ground a picture needs.
+        let view = BodyView::new(camera, bodies, self.options.curvature);
+        let shadows = Shadows::of(self, camera, bodies);
+        let lights = LightPass::find(self, camera, lights, bodies, farm)?;
+        let bodies = BodyPass::find(self, shadows.as_ref(), &view, camera.height, farm)?;
+        let plumes = PlumePass { renderer: self, camera, puffs };
+        let clouds = CloudPass { renderer: self, camera };
+        let precipitation = PrecipitationPass { renderer: self, camera };
+        let shade = ShadowPass { shadows: shadows.as_ref(), camera };
+
+        let weather = &self.options.weather;
+        let asks_all = !puffs.is_empty() || weather.clouds.is_some() || weather.precipitation.is_some();
+        let whole = asks_all || shadows.is_some();
+        let mut parts = if whole { Vec::new() } else { view.parts() };
+        if !whole {
+            lights.mark(&mut parts);
+        }
+        let asked = AskedRanges {
+            any: whole || !bodies.is_empty() || !lights.is_empty(),
+            parts,
+            after_bodies: asks_all || !lights.is_empty(),
+        };
+
+        let Ground { mut canvas, mut account, own_ranges } = self.ground(camera, &asked, wanted, farm)?;
+        self.source.intact()?;
+
+        let begun = Instant::now();
+        if let Canvas::Frame(frame) = &mut canvas
+            && self.options.matte
+        {
+            frame.aov.matte = Some(matte::of_ground(self, frame, farm)?);
+        }
+        let passes: [&dyn Pass; 6] = [&shade, &bodies, &lights, &plumes, &clouds, &precipitation];
+        for pass in passes {
+            pass.draw(&mut canvas, farm)?;
+        }
+        account.times.image += begun.elapsed();
+
+        if let (Canvas::Frame(frame), Some(own)) = (&mut canvas, own_ranges) {
+            for ((range, level), own) in frame.range.iter_mut().zip(&frame.level).zip(own) {
+                if *level != Frame::BODY_LEVEL {
+                    *range = own;
+                }
+            }
+        }
+        Ok((canvas, account))
+    }
+
+    /// Renders the ground, by scan planes or, where they do not serve, by the reference marcher.
+    fn ground(&self, camera: &Camera, asked: &AskedRanges, wanted: Wanted, farm: &Farm) -> Result<Ground> {
+        let view = self.planes(camera, farm)?;
+        if let Some(view) = &view
+            && wanted == Wanted::Codes
+        {
+            let mut range = self.shared.ranges.take();
+            range.resize(if asked.any { camera.width as usize * camera.height as usize } else { 0 }, 0.0);
+            let (picture, account) = planes::picture(self, view, farm, &mut range, &asked.parts)?;
+            let canvas = Canvas::Picture { picture, range, is_ranged: asked.after_bodies };
+            return Ok(Ground { canvas, account, own_ranges: None });
+        }
+
+        let (Rendered { frame, account }, own_ranges) = match view {
+            Some(view) => planes::frame(self, &view, wanted == Wanted::Channels, farm)?,
+            None => {
+                let shades = self.shared.radiance.shades();
+                (reference::render(self.source, camera, &self.options, shades, farm)?, None)
+            }
+        };
+        let canvas = if wanted == Wanted::Codes {
+            let picture =
+                Picture { width: camera.width, height: camera.height, rgb: srgb8_picture(&frame.colour) };
+            Canvas::Picture { picture, range: frame.range, is_ranged: asked.after_bodies }
+        } else {
+            Canvas::Frame(frame)
+        };
+        Ok(Ground { canvas, account, own_ranges })
+    }
+
+    /// [`Self::frame_with`]; unless it `describes` surfaces, only colour and range mean something, and ranges at outlines of what scan
+    /// planes see are those of the nearest plane and row.
+    pub(super) fn seen_with(
+        &self,
+        camera: &Camera,
+        overlays: Overlays<'_>,
+        describes: bool,
+        farm: &Farm,
+    ) -> Result<Rendered> {
+        let wanted = if describes { Wanted::Channels } else { Wanted::Light };
+        match self.compose(camera, overlays, wanted, farm)? {
+            (Canvas::Frame(frame), account) => Ok(Rendered { frame, account }),
+            (Canvas::Picture { .. }, _) => unreachable!("frames were asked for"),
+        }
+    }
+
     /// Renders the view of `camera` as linear light with range, normals, levels and ids. The frame has the same bits for
     /// any number of workers.
     ///
@@ -62,7 +171,7 @@ impl<S: PageSource> Renderer<'_, S> {
         self.frame_with(camera, Overlays::default(), farm)
     }
 
-    /// [`Self::frame`] with bodies and lamps in it.
+    /// Renders as [`Self::frame`] does, with bodies, lamps and plumes in it.
     ///
     /// # Errors
     /// As of [`Self::frame`].
@@ -75,66 +184,6 @@ impl<S: PageSource> Renderer<'_, S> {
         self.seen_with(camera, overlays.into(), true, farm)
     }
 
-    /// [`Self::frame_with`]; unless it `describes` surfaces, only colour and range mean something, and ranges at outlines of what scan
-    /// planes see are those of the nearest plane and row.
-    pub(super) fn seen_with(
-        &self,
-        camera: &Camera,
-        overlays: Overlays<'_>,
-        describes: bool,
-        farm: &Farm,
-    ) -> Result<Rendered> {
-        let Overlays { bodies, lights, puffs } = overlays;
-        self.options.check(camera)?;
-        let (mut rendered, own) = match self.planes(camera, farm)? {
-            Some(view) => planes::frame(self, &view, describes, farm)?,
-            None => (self.by_reference(camera, farm)?, None),
-        };
-        self.source.intact()?;
-        if self.options.matte {
-            rendered.frame.aov.matte = Some(matte::of_ground(self, &rendered.frame, farm)?);
-        }
-
-        rendered.account.times.image += timed(|| {
-            let frame = &mut rendered.frame;
-            let shadows = Shadows::of(self, camera, bodies);
-            let view = BodyView::new(camera, bodies, self.options.curvature);
-            let sought = Sought::find(self, camera, lights, bodies, farm)?;
-            let bodies = Bodies::find(&view, camera.height, farm)?;
-            if let Some(shadows) = &shadows {
-                let rows = frame.colour.chunks_mut(camera.width as usize * SQUARE).map(Pixels::Linear);
-                shadows.cast(camera, rows.collect(), &frame.range, farm)?;
-            }
-
-            if !bodies.is_empty() {
-                bodies.into_frame(self, shadows.as_ref(), frame, farm)?;
-            }
-            shadows.map_or(Ok(()), Shadows::check)?;
-
-            if !sought.is_empty() {
-                let glints = sought.seen(&frame.range, farm)?;
-                let rows = frame.colour.chunks_mut(camera.width as usize * SQUARE).map(Pixels::Linear);
-                glints.add(self.isa, rows.collect(), farm)?;
-            }
-
-            let rows = frame.colour.chunks_mut(camera.width as usize * SQUARE).map(Pixels::Linear);
-            plumes::add(self, camera, puffs, rows.collect(), &frame.range, farm)?;
-            clouds::into_frame(self, frame, farm)?;
-            let rows = frame.colour.chunks_mut(camera.width as usize * SQUARE).map(Pixels::Linear);
-
-            precipitation::add(self, camera, rows.collect(), &frame.range, farm)
-        })?;
-
-        let Frame { range, level, .. } = &mut rendered.frame;
-        for ((range, level), own) in range.iter_mut().zip(level).zip(own.unwrap_or_default()) {
-            if *level != Frame::BODY_LEVEL {
-                *range = own;
-            }
-        }
-
-        Ok(rendered)
-    }
-
     /// Renders the view of `camera` as an 8-bit picture: the same light as [`Self::frame`]'s, without the other channels.
     ///
     /// # Errors
@@ -143,7 +192,7 @@ impl<S: PageSource> Renderer<'_, S> {
         self.picture_with(camera, Overlays::default(), farm)
     }
 
-    /// [`Self::picture`] with bodies and lamps in it.
+    /// Renders as [`Self::picture`] does, with bodies, lamps and plumes in it.
     ///
     /// # Errors
     /// As of [`Self::frame`].
@@ -153,74 +202,12 @@ impl<S: PageSource> Renderer<'_, S> {
         overlays: impl Into<Overlays<'t>>,
         farm: &Farm,
     ) -> Result<(Picture, Account)> {
-        let Overlays { bodies, lights, puffs } = overlays.into();
-        self.options.check(camera)?;
-        let view = BodyView::new(camera, bodies, self.options.curvature);
-        let shadows = Shadows::of(self, camera, bodies);
-        let sought = Sought::find(self, camera, lights, bodies, farm)?;
-        let bodies = Bodies::find(&view, camera.height, farm)?;
-        let weather = &self.options.weather;
-        let has_weather = weather.clouds.is_some() || weather.precipitation.is_some();
-
-        // What comes after bodies asks how far these are.
-        let asks_all = !puffs.is_empty() || has_weather;
-        let ranges_count = asks_all || !sought.is_empty();
-        let takes_all = shadows.is_some() || asks_all;
-        let takes_range = takes_all || !bodies.is_empty() || !sought.is_empty();
-        let mut parts = if takes_all { Vec::new() } else { view.parts() };
-        if !takes_all {
-            sought.mark(&mut parts);
+        match self.compose(camera, overlays.into(), Wanted::Codes, farm)? {
+            (Canvas::Picture { picture, range, .. }, account) => {
+                self.shared.ranges.give_back(range);
+                Ok((picture, account))
+            }
+            (Canvas::Frame(_), _) => unreachable!("a picture was asked for"),
         }
-
-        let mut range = self.shared.ranges.take();
-        range.resize(if takes_range { camera.width as usize * camera.height as usize } else { 0 }, 0.0);
-        let (mut picture, mut account) = match self.planes(camera, farm)? {
-            Some(view) => planes::picture(self, &view, farm, &mut range, &parts)?,
-            None => {
-                let Rendered { frame, account } = self.by_reference(camera, farm)?;
-                let rgb = srgb8_picture(&frame.colour);
-                range = frame.range;
-                (Picture { width: camera.width, height: camera.height, rgb }, account)
-            }
-        };
-
-        self.source.intact()?;
-        account.times.image += timed(|| {
-            if let Some(shadows) = &shadows {
-                shadows.cast(camera, rows_of(&mut picture).collect(), &range, farm)?;
-            }
-            if !bodies.is_empty() {
-                bodies.into_picture(
-                    self,
-                    shadows.as_ref(),
-                    &mut picture,
-                    (&mut range, ranges_count),
-                    farm,
-                )?;
-            }
-
-            shadows.map_or(Ok(()), Shadows::check)?;
-            if !sought.is_empty() {
-                let glints = sought.seen(&range, farm)?;
-                glints.add(self.isa, rows_of(&mut picture).collect(), farm)?;
-            }
-
-            plumes::add(self, camera, puffs, rows_of(&mut picture).collect(), &range, farm)?;
-            clouds::into_picture(self, camera, &mut picture, &range, farm)?;
-            precipitation::add(self, camera, rows_of(&mut picture).collect(), &range, farm)
-        })?;
-
-        self.shared.ranges.give_back(range);
-        Ok((picture, account))
     }
-
-    fn by_reference(&self, camera: &Camera, farm: &Farm) -> Result<Rendered> {
-        reference::render(self.source, camera, &self.options, self.shared.radiance.shades(), farm)
-    }
-}
-
-/// Wall time of something that may fail.
-fn timed(work: impl FnOnce() -> Result<()>) -> Result<Duration> {
-    let begun = Instant::now();
-    work().map(|()| begun.elapsed())
 }

@@ -9,7 +9,8 @@
 
 use glam::DVec3;
 
-use super::{Account, Rendered, Renderer, StageTimes};
+use super::account::{Account, Rendered, StageTimes};
+use super::renderer::Renderer;
 use crate::frame::finish::{develop, gather, thin};
 use crate::frame::{Aov, Frame, Picture};
 use crate::objects::Body;

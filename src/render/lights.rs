@@ -4,8 +4,11 @@ use std::ops::Range;
 
 use glam::{DVec2, DVec3, Vec3};
 
-use super::merge::Shown;
-use super::{Renderer, reference};
+use super::canvas::Canvas;
+use super::overlays::Pass;
+use super::reference;
+use super::renderer::Renderer;
+use super::shown_ground::ShownGround;
 use crate::frame::Atmosphere;
 use crate::frame::stage::Pixels;
 use crate::objects::{Body, Glint, GlowSums, PARTS, PointLight, SQUARE, Surroundings};
@@ -48,7 +51,8 @@ struct Eye<'c, 'r, 'a, S> {
 }
 
 /// Lamps and stars that a view shows where nothing hides them.
-pub struct Sought<'c> {
+pub struct LightPass<'c> {
+    isa: Isa,
     camera: &'c Camera,
     points: Vec<SoughtLight>,
 }
@@ -68,7 +72,7 @@ struct SoughtLight {
 }
 
 /// Points of light of a view, in an order of their own, and those of each square of the screen.
-pub struct Glints<'c> {
+struct Glints<'c> {
     camera: &'c Camera,
     glints: Vec<Glint>,
     /// Indices, by square, row by row of [`SQUARE`] rows.
@@ -76,7 +80,7 @@ pub struct Glints<'c> {
     size: [usize; 2],
 }
 
-impl<'c> Sought<'c> {
+impl<'c> LightPass<'c> {
     /// Finds the lights of `lights` and the stars that `camera` may see.
     pub fn find<S: PageSource>(
         renderer: &Renderer<'_, S>,
@@ -110,7 +114,7 @@ impl<'c> Sought<'c> {
             }
         }
 
-        Ok(Self { camera, points })
+        Ok(Self { isa: renderer.isa, camera, points })
     }
 
     /// Whether there are none.
@@ -138,9 +142,9 @@ impl<'c> Sought<'c> {
     }
 
     /// Returns the lights that are visible where `range` (metres) is the range of the rest of the picture.
-    pub fn seen(self, range: &[f32], farm: &Farm) -> Result<Glints<'c>> {
+    fn seen(&self, range: &[f32], farm: &Farm) -> Result<Glints<'c>> {
         let size = [self.camera.width as usize, self.camera.height as usize];
-        let shown = Shown { range, width: size[0] };
+        let shown = ShownGround { range, width: size[0] };
         let mut glints = Vec::new();
         each(&self.points, farm, &mut glints, |point| {
             Ok(Glint::new(point.position, point.light * point.share(&shown), point.radius, point.angle))
@@ -184,9 +188,9 @@ fn each<T: Sync, U: Send>(
 
 impl SoughtLight {
     /// Share of four pixels about where it is asked for, by how near they are, in which nothing hides it.
-    fn share(&self, shown: &Shown<'_>) -> f32 {
+    fn share(&self, shown: &ShownGround<'_>) -> f32 {
         let Some(asked) = self.asked else { return 1.0 };
-        let Shown { range, width } = *shown;
+        let ShownGround { range, width } = *shown;
         let last = DVec2::new(width as f64 - 1.0, (range.len() / width) as f64 - 1.0);
         let place = (asked - 0.5).clamp(DVec2::ZERO, last);
         let corner = place.floor();
@@ -206,9 +210,19 @@ impl SoughtLight {
     }
 }
 
+impl Pass for LightPass<'_> {
+    fn draw(&self, canvas: &mut Canvas, farm: &Farm) -> Result<()> {
+        if self.is_empty() {
+            return Ok(());
+        }
+        let (pixels, range) = canvas.light_and_range(SQUARE);
+        self.seen(range, farm)?.add(self.isa, pixels, farm)
+    }
+}
+
 impl Glints<'_> {
     /// Adds them to pixels, which come by [`SQUARE`] rows.
-    pub fn add(&self, isa: Isa, pixels: Vec<Pixels<'_>>, farm: &Farm) -> Result<()> {
+    fn add(&self, isa: Isa, pixels: Vec<Pixels<'_>>, farm: &Farm) -> Result<()> {
         if self.glints.is_empty() {
             return Ok(());
         }

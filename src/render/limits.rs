@@ -1,6 +1,6 @@
 //! Ranges up to which each level, and ground at all, is seen.
 
-use super::RenderOptions;
+use super::options::RenderOptions;
 use crate::raymarch::LevelBands;
 use crate::space::{Camera, Footprint};
 use crate::voxel::Header;

@@ -5,10 +5,11 @@
 //! pixels with bodies: their shares; what is left, times the ground's share, is ground
 //! ```
 
-use super::merge::{Bodies, Shown};
-use super::{Renderer, reference};
+use super::reference;
+use super::renderer::Renderer;
+use super::shown_ground::ShownGround;
 use crate::frame::{Frame, Matte, MatteCoverage};
-use crate::objects::SQUARE;
+use crate::objects::{SQUARE, Square};
 use crate::simd::Isa;
 use crate::subimage::{Farm, Stage};
 use crate::voxel::PageSource;
@@ -74,56 +75,56 @@ pub(super) fn of_ground<S: PageSource>(
     Ok(Matte { covers: bands.concat(), ..Matte::default() })
 }
 
-impl Bodies<'_> {
-    /// Puts what bodies cover of a frame in which they are not yet into the matte of its ground.
-    pub fn complete_matte(&self, isa: Isa, frame: &Frame, matte: &mut Matte, farm: &Farm) -> Result<()> {
-        let shown = Shown { range: &frame.range, width: frame.camera.width as usize };
-        let skyline = std::mem::take(&mut matte.covers);
-        let at_skyline = |pixel: u32| skyline.binary_search_by_key(&pixel, |cover| cover.pixel);
-        let of_ground = |pixel: u32| match at_skyline(pixel) {
-            Ok(index) => skyline[index].share,
-            Err(_) if shown.range[pixel as usize].is_finite() => 1.0,
-            Err(_) => 0.0,
-        };
-        let mut rows: Vec<Vec<MatteCoverage>> = self.rows.iter().map(|_| Vec::new()).collect();
-        let tasks = self.rows.iter().zip(&mut rows).collect();
+/// Adds what `bodies`, by [`SQUARE`] rows, cover of a frame in which they are not yet to the matte of its ground.
+pub(super) fn add_bodies(
+    bodies: &[Vec<Square<'_>>],
+    isa: Isa,
+    frame: &Frame,
+    matte: &mut Matte,
+    farm: &Farm,
+) -> Result<()> {
+    let shown = ShownGround { range: &frame.range, width: frame.camera.width as usize };
+    let skyline = std::mem::take(&mut matte.covers);
+    let at_skyline = |pixel: u32| skyline.binary_search_by_key(&pixel, |cover| cover.pixel);
+    let of_ground = |pixel: u32| match at_skyline(pixel) {
+        Ok(index) => skyline[index].share,
+        Err(_) if shown.range[pixel as usize].is_finite() => 1.0,
+        Err(_) => 0.0,
+    };
+    let mut rows: Vec<Vec<MatteCoverage>> = bodies.iter().map(|_| Vec::new()).collect();
+    let tasks = bodies.iter().zip(&mut rows).collect();
 
-        farm.each(Stage::Image, tasks, |_, (squares, covers)| {
-            for square in squares {
-                let ground = |column, row| shown.ground(column, row);
-                square.shares(isa, ground, |row, column, shares| {
-                    let pixel = (row * shown.width + column) as u32;
-                    let rest = 1.0 - shares.iter().map(|share| share.share).sum::<f32>();
-                    let share = rest * of_ground(pixel);
-                    let first = covers.len();
-                    covers.extend(shares.iter().map(|share| MatteCoverage {
-                        pixel,
-                        id: share.id,
-                        share: share.share,
-                    }));
-                    if share > LEAST {
-                        let larger = shares.iter().take_while(|other| other.share >= share).count();
-                        covers.insert(
-                            first + larger,
-                            MatteCoverage { pixel, id: MatteCoverage::GROUND, share },
-                        );
-                    }
-                });
-            }
+    farm.each(Stage::Image, tasks, |_, (squares, covers)| {
+        for square in squares {
+            let ground = |column, row| shown.ground(column, row);
+            square.shares(isa, ground, |row, column, shares| {
+                let pixel = (row * shown.width + column) as u32;
+                let rest = 1.0 - shares.iter().map(|share| share.share).sum::<f32>();
+                let share = rest * of_ground(pixel);
+                let first = covers.len();
+                covers.extend(shares.iter().map(|share| MatteCoverage {
+                    pixel,
+                    id: share.id,
+                    share: share.share,
+                }));
+                if share > LEAST {
+                    let larger = shares.iter().take_while(|other| other.share >= share).count();
+                    covers.insert(first + larger, MatteCoverage { pixel, id: MatteCoverage::GROUND, share });
+                }
+            });
+        }
 
-            // Squares stand side by side; what a pixel has stays in order.
-            covers.sort_by_key(|cover| cover.pixel);
-            Ok(())
-        })?;
-
-        let mut covers = rows.concat();
-        let has_body = |pixel: u32| covers.binary_search_by_key(&pixel, |cover| cover.pixel).is_ok();
-        let alone: Vec<MatteCoverage> =
-            skyline.iter().copied().filter(|cover| !has_body(cover.pixel)).collect();
-        covers.extend(alone);
+        // Squares stand side by side; what a pixel has stays in order.
         covers.sort_by_key(|cover| cover.pixel);
-        matte.covers = covers;
-
         Ok(())
-    }
+    })?;
+
+    let mut covers = rows.concat();
+    let has_body = |pixel: u32| covers.binary_search_by_key(&pixel, |cover| cover.pixel).is_ok();
+    let alone: Vec<MatteCoverage> = skyline.iter().copied().filter(|cover| !has_body(cover.pixel)).collect();
+    covers.extend(alone);
+    covers.sort_by_key(|cover| cover.pixel);
+    matte.covers = covers;
+
+    Ok(())
 }

@@ -5,7 +5,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use glam::DVec2;
 
-use super::Renderer;
+use super::planes;
+use super::renderer::Renderer;
 use crate::flight::Extrapolation;
 use crate::memory::PagePlanner;
 use crate::space::{Camera, Pose};
@@ -54,8 +55,29 @@ impl<S: PageSource> PagePlanner for FlightPlan<'_, S> {
     }
 }
 
+impl<S: PageSource> Renderer<'_, S> {
+    /// Parts of pages that a picture of what `camera` sees may touch, in the order of need; none where the reference marcher renders. Bounds
+    /// of coarse pages are read to know it.
+    ///
+    /// # Errors
+    /// As of [`Self::frame`].
+    pub fn foresee(&self, camera: &Camera, farm: &Farm) -> Result<PageNeeds> {
+        self.options.check(camera)?;
+        match self.planes(camera, farm)? {
+            Some(view) => {
+                let needs = planes::footprint(self, &view)?;
+                Ok(match self.shared.radiance.shades() {
+                    Some(shades) => with_supports(self.source, &needs, shades.shade()),
+                    None => needs,
+                })
+            }
+            None => Ok(PageNeeds::default()),
+        }
+    }
+}
+
 /// `needs`, and heights of the pages that may throw shadows on those whose paint is needed: just before it, and as likely.
-pub(super) fn with_supports(source: &dyn PageSource, needs: &PageNeeds, shade: &Shade) -> PageNeeds {
+fn with_supports(source: &dyn PageSource, needs: &PageNeeds, shade: &Shade) -> PageNeeds {
     let mut known = HashSet::new();
     let mut found = PageNeeds::default();
     let (likely, others) = needs.parts.split_at(needs.likely);

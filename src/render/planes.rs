@@ -1,28 +1,28 @@
 //! A frame through scan planes: march, then the image stage.
 
 use std::collections::BTreeSet;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use glam::DVec3;
 
-use super::plane_image::{DepthsMut, PlaneImage, first_part};
+use super::account::{Account, Rays, Rendered, StageTimes};
+use super::limits::level_bands;
+use super::plane_image::{DepthsMut, LightingScratch, PlaneImage, first_part};
+use super::plane_view::PlaneView;
+use super::renderer::Renderer;
 use super::spans::{self, SpanRenderer};
-use super::{Account, Rays, Rendered, Renderer, StageTimes, Unserved, level_bands};
-use crate::frame::stage::{
-    Air, Band, Cell, Depths, EdgeSums, Painter, Pixels, PlaneLight, PlaneSource, RowFill, Scale,
-};
+use super::surface;
+use crate::frame::stage::{Air, Band, Cell, Depths, Painter, Pixels, PlaneSource, RowFill, Scale};
 use crate::frame::{Frame, Picture};
 use crate::raymarch::PageCursor;
 use crate::raymarch::scan::{
-    Directions, KeptPlanes, MarchField, Outlook, PageFootprint, Panorama, PlaneArray, PlaneGroup, PlaneMarch,
-    Profile, Refusal, RowTable, Strides, Upright,
+    KeptPlanes, MarchField, Outlook, PageFootprint, PlaneGroup, PlaneMarch, Profile, RowTable, Strides,
 };
 use crate::sensor::radiance::{LineSampler, RadiancePages};
 use crate::simd::{LANES, Sixteen};
-use crate::space::Camera;
 use crate::subimage::{Farm, Stage, TaskSize};
-use crate::voxel::{Header, Lent, PageId, PageNeeds, PageSource};
+use crate::voxel::{Lent, PageId, PageNeeds, PageSource};
 use hedgehop_base::error::Result;
 
 /// Planes of a march task, and rows of an image task, unless told otherwise: small ones cost nothing, and many workers find
@@ -31,79 +31,6 @@ const SUITABLE: TaskSize = TaskSize { lines: 32, rows: 18 };
 
 /// Level whose surface the height above ground is counted from.
 const COARSE_LEVEL: u8 = 3;
-
-/// View of a camera as scan planes take it.
-pub struct PlaneView<'c> {
-    camera: &'c Camera,
-    shape: PlaneArray,
-    /// The eye: units, units, metres.
-    eye: DVec3,
-}
-
-impl<'c> PlaneView<'c> {
-    /// Why planes do not serve a camera; `None`: they do.
-    pub fn unserved(camera: &Camera, screen: &LastScreen, farm: &Farm) -> Result<Option<Unserved>> {
-        if let Some(upright) = Upright::new(camera) {
-            return Ok((!PlaneArray::Upright(upright).fits()).then_some(Unserved::ManyPixels));
-        }
-        if let Some(why) = Panorama::refuses(camera) {
-            return Ok(Some(match why {
-                Refusal::NoEye => Unserved::Orthographic,
-                Refusal::FinePixels => Unserved::FinePixels,
-                Refusal::ManyPixels => Unserved::ManyPixels,
-            }));
-        }
-        Ok(screen.directions(camera, farm)?.is_none().then_some(Unserved::Strewn))
-    }
-
-    /// `None`: planes do not serve this camera.
-    pub fn new(
-        header: &Header,
-        camera: &'c Camera,
-        screen: &LastScreen,
-        farm: &Farm,
-    ) -> Result<Option<Self>> {
-        let shape = match Upright::new(camera) {
-            Some(upright) => Some(PlaneArray::Upright(upright)),
-            None => screen
-                .directions(camera, farm)?
-                .map(|directions| PlaneArray::Panorama(Panorama::new(camera, directions))),
-        };
-        let eye = camera.pose.eye;
-        let ground = (eye.truncate() - header.grid.origin) / header.grid.spacing;
-        let seen = |shape| Self { camera, shape, eye: ground.extend(eye.z) };
-        Ok(shape.filter(PlaneArray::fits).map(seen))
-    }
-}
-
-/// Directions of the last screen that needed a table: frames of one flight share it.
-#[derive(Debug, Default)]
-pub struct LastScreen(Mutex<Option<Arc<Directions>>>);
-
-impl LastScreen {
-    /// The directions of a screen's pixels; `None` where planes do not serve it.
-    fn directions(&self, camera: &Camera, farm: &Farm) -> Result<Option<Arc<Directions>>> {
-        if Panorama::refuses(camera).is_some() {
-            return Ok(None);
-        }
-        let known = self.0.lock().unwrap_or_else(PoisonError::into_inner).clone();
-        let directions = match known.filter(|known| known.serve(camera)) {
-            Some(known) => known,
-            None => self.keep(Directions::new(camera), camera, farm)?,
-        };
-        Ok(Some(directions).filter(|directions| Panorama::serves(camera, directions)))
-    }
-
-    fn keep(&self, mut directions: Directions, camera: &Camera, farm: &Farm) -> Result<Arc<Directions>> {
-        farm.each(Stage::March, directions.parts(), |_, part| {
-            part.fill(camera);
-            Ok(())
-        })?;
-        let directions = Arc::new(directions);
-        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(directions.clone());
-        Ok(directions)
-    }
-}
 
 /// Time that tasks took, added up by all workers.
 #[derive(Default)]
@@ -176,8 +103,7 @@ pub fn frame<S: PageSource>(
         .collect();
 
     let account = render(renderer, view, farm, bands, Scale::ALL)?;
-    let own =
-        describes.then(|| super::surface::describe(renderer, &mut frame, &outlines, farm)).transpose()?;
+    let own = describes.then(|| surface::describe(renderer, &mut frame, &outlines, farm)).transpose()?;
 
     Ok((Rendered { frame, account }, own))
 }
@@ -348,13 +274,6 @@ struct Paint<'a> {
     painter: Painter<'a>,
     light: Lent<'a, LightingScratch>,
     span_renderer: Option<SpanRenderer<'a>>,
-}
-
-/// Scratch of lighting.
-#[derive(Debug, Default)]
-pub struct LightingScratch {
-    lights: Vec<PlaneLight>,
-    sums: EdgeSums,
 }
 
 /// A group of planes, and the plane image's memory of it.

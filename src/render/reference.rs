@@ -4,7 +4,9 @@ use std::time::{Duration, Instant};
 
 use glam::Vec3;
 
-use super::{Account, Rays, RenderOptions, Rendered, StageTimes, far_limit, level_bands};
+use super::account::{Account, Rays, Rendered, StageTimes};
+use super::limits::{far_limit, level_bands};
+use super::options::RenderOptions;
 use crate::frame::{Atmosphere, Frame};
 use crate::raymarch::{Contact, Marcher, SurfaceFilter, SurfaceSample, march_column};
 use crate::space::Camera;

@@ -5,8 +5,10 @@ use std::ops::Range;
 
 use glam::{DVec2, DVec3, Vec3};
 
-use super::Renderer;
-use super::merge::Shown;
+use super::canvas::Canvas;
+use super::overlays::Pass;
+use super::renderer::Renderer;
+use super::shown_ground::ShownGround;
 use super::sunlit::{Cells, Sunlit, SunlitBody};
 use crate::frame::Atmosphere;
 use crate::frame::stage::Pixels;
@@ -35,7 +37,7 @@ const EDGE: f64 = 0.06;
 
 /// The ground of a picture, and its rays.
 struct LitGround<'s> {
-    shown: Shown<'s>,
+    shown: ShownGround<'s>,
     lens: Lens<'s>,
 }
 
@@ -94,7 +96,7 @@ const NONE: [f64; 2] = [f64::INFINITY, 0.0];
 
 impl Lights {
     /// None is known yet.
-    fn of(first: [usize; 2], shown: &Shown<'_>, to_sun: Vec3) -> Self {
+    fn of(first: [usize; 2], shown: &ShownGround<'_>, to_sun: Vec3) -> Self {
         let last = [shown.width - 1, shown.range.len() / shown.width - 1];
         Self { to_sun, first, last, known: [None; CORNERS * CORNERS], dark: [NONE; CORNERS * CORNERS] }
     }
@@ -219,6 +221,21 @@ pub struct Shadows<'r, 'a, S> {
     atmosphere: Atmosphere,
 }
 
+/// Shadows that bodies cast on the ground.
+pub(super) struct ShadowPass<'s, 'r, 'a, S> {
+    /// `None`: nothing casts any.
+    pub shadows: Option<&'s Shadows<'r, 'a, S>>,
+    pub camera: &'s Camera,
+}
+
+impl<S: PageSource> Pass for ShadowPass<'_, '_, '_, S> {
+    fn draw(&self, canvas: &mut Canvas, farm: &Farm) -> Result<()> {
+        let Some(shadows) = self.shadows else { return Ok(()) };
+        let (pixels, range) = canvas.light_and_range(SQUARE);
+        shadows.cast(self.camera, pixels, range, farm)
+    }
+}
+
 impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
     /// Finds the shadows of `bodies` that `camera` may see; `None` without shadows.
     pub fn of(renderer: &'r Renderer<'a, S>, camera: &Camera, bodies: &[Body]) -> Option<Self> {
@@ -243,9 +260,9 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
     }
 
     /// Darkens the ground that lies in the shadow of bodies; `range` tells how far it is.
-    pub fn cast(&self, camera: &Camera, pixels: Vec<Pixels<'_>>, range: &[f32], farm: &Farm) -> Result<()> {
+    fn cast(&self, camera: &Camera, pixels: Vec<Pixels<'_>>, range: &[f32], farm: &Farm) -> Result<()> {
         let width = camera.width as usize;
-        let ground = LitGround { shown: Shown { range, width }, lens: Lens::new(camera) };
+        let ground = LitGround { shown: ShownGround { range, width }, lens: Lens::new(camera) };
         farm.each(Stage::Image, pixels, |index, mut pixels| {
             let mut filter = None;
             let first = index * SQUARE;
@@ -313,7 +330,7 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
         columns: Range<usize>,
         rows: Range<usize>,
     ) -> Option<ShadowBlock> {
-        let Shown { range, width } = ground.shown;
+        let ShownGround { range, width } = ground.shown;
         let (mut near, mut far) = (f32::INFINITY, 0.0_f32);
         for row in rows.clone() {
             for range in &range[row * width + columns.start..row * width + columns.end] {
@@ -416,7 +433,7 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
     ///
     /// # Errors
     /// A page that is damaged.
-    pub fn check(self) -> Result<()> {
+    pub fn check(&self) -> Result<()> {
         self.sunlit.check()
     }
 

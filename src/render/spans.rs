@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-use super::Renderer;
 use super::plane_image::DepthsMut;
+use super::renderer::Renderer;
 use crate::frame::stage::{Air, Cell, Scale, SpanPaint};
 use crate::raymarch::scan::{
     KeptPlanes, MarchField, PlaneGroup, Profile, RowTable, SpanCoverage, SpanMarch, SpanScan,

@@ -4,10 +4,12 @@ use glam::{DVec2, DVec3, Vec3};
 
 use super::reference::marcher;
 use super::*;
+use crate::earth::Curvature;
+use crate::frame::Frame;
 use crate::raymarch::Marcher;
 use crate::raymarch::solid_tests::{pillar, pyramid, short_ridge, standing, standing_as, standing_on};
 use crate::space::{Attitude, Pose};
-use crate::voxel::{Attributes, BoundsView, Cut, MemPages, PageId, PageView, Span, SpansView};
+use crate::voxel::{Attributes, BoundsView, Cut, Header, MemPages, PageId, PageView, Span, SpansView};
 
 const CODE: crate::voxel::HeightCode = crate::raymarch::solid_tests::CODE;
 /// Side of a voxel of the village, metres.

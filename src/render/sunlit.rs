@@ -5,7 +5,7 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 
 use glam::DVec3;
 
-use super::Renderer;
+use super::renderer::Renderer;
 use crate::objects::Body;
 use crate::raymarch::{LevelBands, Marcher, ground_height};
 use crate::space::Footprint;
@@ -152,8 +152,8 @@ impl<'r, 'a, S: PageSource> Sunlit<'r, 'a, S> {
     }
 
     /// Returns the first error so far.
-    pub fn check(self) -> Result<()> {
-        self.failed.into_inner().unwrap_or_else(PoisonError::into_inner).map_or(Ok(()), Err)
+    pub fn check(&self) -> Result<()> {
+        self.failed.lock().unwrap_or_else(PoisonError::into_inner).take().map_or(Ok(()), Err)
     }
 
     /// A share that was found; all of the sun where that failed, which is kept.

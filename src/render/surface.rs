@@ -11,7 +11,9 @@
 
 use glam::Vec3;
 
-use super::{Renderer, level_bands, reference};
+use super::limits::level_bands;
+use super::reference;
+use super::renderer::Renderer;
 use crate::frame::Frame;
 use crate::raymarch::{Contact, GridRay, LevelBands, Marcher, SolidHit, SurfaceFilter};
 use crate::subimage::{Farm, Stage};

@@ -1,10 +1,12 @@
 //! What is refused.
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
 use super::*;
 use crate::space::{Attitude, Pose};
+use crate::sunlight::Sun;
 use crate::voxel::{Grid, Metadata, build_in_memory};
+use hedgehop_base::error::Error;
 
 #[test]
 fn values_that_make_no_picture_are_refused() {

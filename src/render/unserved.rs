@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::RenderOptions;
+use super::options::RenderOptions;
 use crate::raymarch::Surface;
 
 /// Why scan planes do not serve a view.

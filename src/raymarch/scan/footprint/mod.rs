@@ -8,8 +8,8 @@
 //!         the lowest surface of each strip of it, a quarter as long, may raise the horizon
 //! ```
 //!
-//! It is the march of [`super::march`] with bounds in place of heights: `low` lies below the surface that a plane will find, so the
-//! bounds never rise above its horizon, and what this passes over the march passes over too. Rings begin and end where
+//! It is the march of [`super::march`] with bounds in place of heights: `low` lies below the surface that a plane will find, so this
+//! horizon is never above the plane's, and what this passes over the march passes over too. Rings begin and end where
 //! blocks of the march do. What is read to know what to read are bounds of levels from 16 on, most of which the march needs too.
 
 mod needs;

@@ -1,0 +1,135 @@
+//! Settings of a rendering, and the ranges that they may have.
+
+use glam::DVec3;
+
+use crate::earth::Curvature;
+use crate::frame::Atmosphere;
+use crate::raymarch::Surface;
+use crate::scene::Weather;
+use crate::sensor::VisualSensor;
+use crate::space::Camera;
+use crate::sunlight::{Brightness, Night, Shade, Shades, Sun};
+use crate::voxel::Header;
+use hedgehop_base::error::{Error, Result};
+
+/// Settings of a rendering: surface, sun, light, weather, haze, engine.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RenderOptions {
+    /// Kind of surface that is drawn.
+    pub surface: Surface,
+    /// Meteorological visibility at the lowest ground of the area, metres, > 0.
+    pub visibility: f64,
+    /// Position of the sun.
+    pub sun: Sun,
+    /// Light besides that of the sun.
+    pub night: Night,
+    /// Ground lies in the shadow of ground.
+    pub shadows: bool,
+    /// Matter in the air besides haze.
+    pub weather: Weather,
+    /// Factor on the range thresholds, > 0: 1 changes level where a voxel fills a pixel. Scan planes also look the closer
+    /// at steep ground.
+    pub detail: f64,
+    /// Drop of heights with ground distance; flat by default. [`Self::of`] chooses by the database.
+    pub curvature: Curvature,
+    /// The area repeats without end, eastward and northward.
+    pub tile_world: bool,
+    /// Marcher of the rays.
+    pub engine: Engine,
+    /// Frames say what share of each pixel bodies have ([`crate::frame::Aov::matte`]).
+    pub matte: bool,
+}
+
+/// Algorithm that finds the surface a pixel sees.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Engine {
+    /// The reference marcher: ray by ray, exact, any screen and surface.
+    Reference,
+    /// Scan planes: 40 (straight down) to more than a hundred times as fast; the smooth surface of an area that ends, on any screen with one eye; the
+    /// reference marcher where they do not serve.
+    #[default]
+    Planes,
+}
+
+/// Visibility of a clear day, metres.
+const DEFAULT_VISIBILITY: f64 = 40_000.0;
+
+impl Default for RenderOptions {
+    fn default() -> Self {
+        Self {
+            surface: Surface::Smooth,
+            visibility: DEFAULT_VISIBILITY,
+            sun: Sun::default(),
+            night: Night::default(),
+            shadows: false,
+            weather: Weather::default(),
+            detail: 1.0,
+            curvature: Curvature::FLAT,
+            tile_world: false,
+            engine: Engine::default(),
+            matte: false,
+        }
+    }
+}
+
+impl RenderOptions {
+    /// The defaults for a database: a place on Earth is curved, local metres are flat.
+    pub fn of(header: &Header) -> Self {
+        let on_earth = header.metadata.crs_proj.is_some();
+        let curvature = if on_earth { Curvature::standard() } else { Curvature::FLAT };
+        Self { curvature, ..Self::default() }
+    }
+
+    /// Whether there is a sun that throws shadows, if they are asked for.
+    pub(super) fn has_shadows(&self) -> bool {
+        self.shadows && self.sun.is_up()
+    }
+
+    /// Returns the sensor that turns ground into light.
+    pub(super) fn sensor(&self) -> VisualSensor {
+        VisualSensor::new(self.sun).covered(self.weather.ground)
+    }
+
+    /// Returns the brightness of the hour's light.
+    pub fn brightness(&self) -> Brightness {
+        Brightness::new(self.sun, self.night.lux)
+    }
+
+    /// Returns the shadows over a database with this header, within a budget in bytes; `None`: nothing lies in shadow.
+    pub(super) fn shades(&self, header: &Header, budget: usize) -> Option<Shades> {
+        self.has_shadows().then(|| Shades::new(Shade::new(header, self.sun), budget))
+    }
+
+    /// The air over a database.
+    pub fn atmosphere(&self, header: &Header) -> Atmosphere {
+        // What hides adds up.
+        let hides = self.weather.precipitation.map_or(0.0, |falls| 1.0 / falls.visibility());
+        let visibility = 1.0 / (1.0 / self.visibility + hides);
+        Atmosphere::new(visibility, header.height_range.0).with_weather(&self.weather, self.sun)
+    }
+
+    /// Refuses values outside the ranges that the fields state, and poses that are no view.
+    pub(super) fn check(&self, camera: &Camera) -> Result<()> {
+        camera.screen().check()?;
+        let pose = camera.pose;
+        let attitude = DVec3::new(pose.attitude.yaw, pose.attitude.pitch, pose.attitude.roll);
+        let bend = self.curvature.inverse_diameter;
+
+        let within = [
+            (self.visibility > 0.0, "visibility must be more than 0 m"),
+            (self.sun.elevation.abs() <= 90.0, "the sun must stand -90 to 90° high"),
+            (self.night.is_sound(), "the light of the night must be 0 to 1000 lx"),
+            (self.sun.azimuth.is_finite(), "the sun's azimuth must be finite"),
+            (self.weather.is_sound(), "the weather must be within the ranges of its fields"),
+            (self.detail > 0.0 && self.detail.is_finite(), "detail must be more than 0"),
+            (bend.is_finite() && bend >= 0.0, "the curvature's inverse diameter must be 0 or more"),
+            (pose.eye.is_finite() && attitude.is_finite(), "the pose must be finite"),
+            (camera.width > 0 && camera.height > 0, "a frame needs at least one pixel"),
+        ];
+
+        match within.iter().find(|(holds, _)| !holds) {
+            Some((_, sentence)) => Err(Error::Configuration((*sentence).to_owned())),
+            None => Ok(()),
+        }
+    }
+}
