@@ -8,7 +8,8 @@ use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::dvec3;
-use hedgehop::frame::{Frame, FrameInfo, encode_frame};
+use hedgehop::encode::{FrameInfo, encode_frame};
+use hedgehop::frame::Frame;
 use hedgehop::raymarch::{Column, GridRay, Marcher, Surface, SurfaceFilter, march_column};
 use hedgehop::render::{RenderOptions, level_bands, render_frame, render_reference};
 use hedgehop::sensor::VisualSensor;

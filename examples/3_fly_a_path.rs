@@ -9,8 +9,8 @@
 use std::path::PathBuf;
 
 use glam::DVec2;
+use hedgehop::encode::{FrameInfo, write_frame};
 use hedgehop::flight::{BindOptions, ReadOptions, Trajectory, read_track};
-use hedgehop::frame::{FrameInfo, write_frame};
 use hedgehop::geo::Crs;
 use hedgehop::memory::PageFile;
 use hedgehop::raymarch::ground_height;

@@ -14,7 +14,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use hedgehop::colour::srgb8_picture;
-use hedgehop::frame::write_ray_table;
+use hedgehop::encode::write_ray_table;
 use hedgehop::memory::PageFile;
 use hedgehop::render::{RenderOptions, render_frame};
 use hedgehop::space::{Attitude, Camera, Pose, RayTable, Screen};

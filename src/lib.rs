@@ -35,6 +35,7 @@
 //!
 //! | module | is |
 //! |---|---|
+//! | [`cache`], [`pixels`], [`simd`] | what workers share; light of pixels; sixteen lanes |
 //! | [`voxel`] | the database: grid, levels, pages, reader, writer; its page describes every byte |
 //! | [`flight`] | path files, interpolation, attitude: a pose for any time |
 //! | [`space`], [`earth`] | poses, cameras and screens; how much lower far ground appears |
@@ -43,7 +44,9 @@
 //! | [`subimage`] | a frame as tasks, and the farm of workers |
 //! | [`scene`], [`objects`] | scene files, and the bodies in them, seen by ray |
 //! | [`sunlight`], [`sensor`] | what ground the sun reaches; from what is seen to radiance |
-//! | [`mod@frame`] | haze and sky; PNG, EXR, y4m, video; what made each frame |
+//! | [`weather`] | haze, fog, clouds, plumes, precipitation |
+//! | [`mod@frame`] | the image stage: plane images to pixels; finish, symbols |
+//! | [`encode`] | PNG, EXR, y4m, video; what made each frame |
 //! | [`render`] | one frame |
 //! | [`error`], [`progress`], [`colour`], [`geo`] | what other crates stand on, too |
 //!
@@ -53,11 +56,14 @@
 //! Marchers and renderers take any [`voxel::PageSource`]: a mapped file ([`memory::PageFile`]), a database in memory
 //! ([`voxel::MemPages`]), or one of your own.
 
+pub mod cache;
 pub mod earth;
+pub mod encode;
 pub mod flight;
 pub mod frame;
 pub mod memory;
 pub mod objects;
+pub mod pixels;
 pub mod raymarch;
 pub mod render;
 pub mod scene;
@@ -67,6 +73,7 @@ pub mod space;
 pub mod subimage;
 pub mod sunlight;
 pub mod voxel;
+pub mod weather;
 
 pub use hedgehop_base::{Error, Result, colour, error, progress};
 pub use hedgehop_geo as geo;

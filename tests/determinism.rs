@@ -6,7 +6,8 @@ mod scene;
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
-use hedgehop::frame::{Frame, FrameInfo, encode_frame};
+use hedgehop::encode::{FrameInfo, encode_frame};
+use hedgehop::frame::Frame;
 use hedgehop::memory::PageFile;
 use hedgehop::progress::Silent;
 use hedgehop::raymarch::Surface;

@@ -9,11 +9,11 @@ use glam::{DVec2, DVec3, Vec3};
 use hedgehop::frame::Frame;
 use hedgehop::objects::{Beam, Body, Fixture, PointLight, Shape};
 use hedgehop::render::{Engine, Overlays, RenderOptions, Renderer};
-use hedgehop::scene::{Clouds, Weather};
 use hedgehop::space::{Attitude, Camera, RayTable, Screen};
 use hedgehop::subimage::{Farm, TaskSize};
 use hedgehop::sunlight::{Firmament, Night, Sun, illuminance};
 use hedgehop::voxel::MemPages;
+use hedgehop::weather::{Clouds, Weather};
 use scene::{Terrain, View, clear_air};
 
 static PLAIN: LazyLock<MemPages> =

@@ -9,11 +9,11 @@ use glam::{DVec2, DVec3};
 use hedgehop::colour::srgb8_picture;
 use hedgehop::objects::{Body, Shape};
 use hedgehop::render::{Engine, RenderOptions, Renderer};
-use hedgehop::scene::{Clouds, Fog, GroundCover, Precipitation, PrecipitationKind, Weather};
 use hedgehop::space::{Attitude, Camera, RayTable, Screen};
 use hedgehop::subimage::{Farm, TaskSize};
 use hedgehop::sunlight::Sun;
 use hedgehop::voxel::MemPages;
+use hedgehop::weather::{Clouds, Fog, GroundCover, Precipitation, PrecipitationKind, Weather};
 use scene::{Terrain, View, clear_air};
 
 const FOG: Fog = Fog { top: 190.0, visibility: 400.0, soft: 30.0 };

@@ -3,11 +3,11 @@
 //! <https://www.topografix.com/GPX/1/1/>. `ele` is metres above mean sea level. Routes and waypoints carry no times of
 //! flight and are not flown.
 
-use super::parts::Recording;
 use super::raw::{PathSource, RawFix, Reading};
 use super::timestamp::unix_seconds;
 use super::track::{Altitude, AltitudeMode, Horizontal};
 use super::xml::{XmlPlace, XmlStep, attribute, walk};
+use crate::flight::raw::Recording;
 use hedgehop_base::error::{Error, Result};
 
 /// A track point while its element is open.

@@ -7,11 +7,11 @@
 //! puts the eye on the ground. A track with altitudes but without any mode is read as `absolute`, with a note, because
 //! exporters forget the element more often than they mean a clamped flight.
 
-use super::parts::Recording;
 use super::raw::{PathSource, RawFix, Reading};
 use super::timestamp::unix_seconds;
 use super::track::{Altitude, AltitudeMode, Fix, Horizontal};
 use super::xml::{XmlPlace, XmlStep, walk};
+use crate::flight::raw::Recording;
 use hedgehop_base::error::{Error, Result};
 
 /// The lists of one `gx:Track`.

@@ -6,6 +6,7 @@
 //! ```
 
 mod angles;
+mod assemble;
 mod csv;
 mod extrapolation;
 mod gpx;

@@ -4,6 +4,7 @@
 //! fixes of all parts ──--track N──▶ those of one ──--sort──▶ by time
 //! ```
 
+use crate::flight::raw::Recording;
 use std::ops::Range;
 
 use time::OffsetDateTime;
@@ -16,15 +17,6 @@ const MOST_LISTED: usize = 20;
 
 /// Letters of a part's name that a sentence shows.
 const MOST_LETTERS: usize = 40;
-
-/// A recording within a file.
-#[derive(Debug, Clone)]
-pub(super) struct Recording {
-    /// Name in the file.
-    pub name: Option<String>,
-    /// Index of its first fix among those of the whole file; it ends where the next one begins.
-    pub start: usize,
-}
 
 /// Leaves of a file's fixes what the user asked for, in the order that was asked for.
 pub(super) fn choose(source: &PathSource<'_>, reading: &mut Reading) -> Result<()> {

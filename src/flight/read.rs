@@ -3,9 +3,10 @@
 use std::fs;
 use std::path::Path;
 
-use super::raw::{PathSource, Reading, assemble};
+use super::raw::{PathSource, Reading};
 use super::track::{ReadOptions, Track};
 use super::{csv, gpx, igc, kml};
+use crate::flight::assemble::assemble;
 use hedgehop_base::document::unmarked;
 use hedgehop_base::error::{Error, Result};
 

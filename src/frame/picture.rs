@@ -1,4 +1,4 @@
-//! Frames that were read back.
+//! Pictures of 8 bits a channel.
 
 /// An 8-bit RGB picture, `[height][width]`, row 0 at the top.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -9,35 +9,4 @@ pub struct Picture {
     pub height: u32,
     /// `r g b r g b …`, sRGB.
     pub rgb: Vec<u8>,
-}
-
-/// Why a file is not the picture that was looked for.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) enum PictureRefusal {
-    /// The file is damaged, or no picture of ours.
-    Broken(String),
-    /// A sound picture of another size.
-    Size((u32, u32)),
-}
-
-impl PictureRefusal {
-    /// Refuses a `size` that is not the `wanted` one, if one is wanted. Called before anything is allocated.
-    pub(super) fn other_size(size: (u32, u32), wanted: Option<(u32, u32)>) -> Result<(), Self> {
-        if wanted.is_some_and(|wanted| wanted != size) { Err(Self::Size(size)) } else { Ok(()) }
-    }
-}
-
-impl From<String> for PictureRefusal {
-    fn from(what: String) -> Self {
-        Self::Broken(what)
-    }
-}
-
-impl std::fmt::Display for PictureRefusal {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Broken(what) => f.write_str(what),
-            Self::Size((width, height)) => write!(f, "it is {width}×{height} pixels"),
-        }
-    }
 }

@@ -16,7 +16,7 @@ pub(super) struct Line {
 /// Rays of a camera.
 #[derive(Debug, Clone, Copy)]
 pub struct Lens<'c> {
-    pub(super) camera: &'c Camera,
+    pub(crate) camera: &'c Camera,
     /// Planar screens: direction of the upper left corner, and what a pixel to the right and a pixel down add to it.
     planar: Option<[DVec3; 3]>,
     /// Inverse of the rays: world directions to columns and rows, times how far they go.
@@ -70,7 +70,7 @@ impl<'c> Lens<'c> {
     }
 
     /// Least and greatest position of what lies between some points; `None` where that is not known.
-    pub(super) fn bounds(&self, points: impl Iterator<Item = DVec3>) -> Option<[DVec2; 2]> {
+    pub(crate) fn bounds(&self, points: impl Iterator<Item = DVec3>) -> Option<[DVec2; 2]> {
         self.planar?;
         let mut bounds = [DVec2::INFINITY, DVec2::NEG_INFINITY];
         for point in points {

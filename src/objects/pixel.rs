@@ -5,6 +5,8 @@ mod shares;
 
 pub use shares::BodyShare;
 
+use crate::objects::BodyLight;
+use crate::objects::PixelGround;
 use glam::{DVec2, Vec3};
 
 use super::body::{PlacedBody, SeenForm};
@@ -24,52 +26,6 @@ const SMALL: f64 = 6.0;
 
 /// Pixels from the middle of a pixel to its corners, and a little more, since pixels are not all alike.
 const HALF_DIAGONAL: f64 = 0.8;
-
-/// The ground in a pixel, as a plane.
-#[derive(Debug, Clone, Copy, Default, bytemuck::Zeroable)]
-#[repr(C)]
-pub struct PixelGround {
-    /// One over its range in the middle of the pixel, 1/metres; 0: sky.
-    pub inverse: f32,
-    /// Growth of that per pixel to the right, and per pixel down.
-    pub slope: [f32; 2],
-}
-
-/// Contribution of bodies to a pixel.
-#[derive(Debug, Clone, Copy)]
-pub struct BodyLight {
-    /// Share of the pixel that they cover, 0…1, more than 0.
-    pub share: f32,
-    /// Sum of colours times shares.
-    pub colour: Vec3,
-    /// Hit on the body that covers most of the pixel: in the pixel's middle, or in the mean of what is seen of one face of it.
-    pub hit: Hit,
-}
-
-impl PixelGround {
-    /// One over its range, so many pixels to the right of the middle, and below it.
-    pub fn at(&self, offset: DVec2) -> f64 {
-        let [across, along] = self.slope.map(f64::from);
-        f64::from(self.inverse) + across * offset.x + along * offset.y
-    }
-
-    /// One over the range of its farthest point in the pixel, 1/metres.
-    pub(super) fn least(&self) -> f64 {
-        let [across, along] = self.slope.map(|slope| f64::from(slope).abs());
-        f64::from(self.inverse) - 0.5 * (across + along)
-    }
-
-    /// One over the range of its nearest point in the pixel, 1/metres.
-    fn most(&self) -> f64 {
-        let [across, along] = self.slope.map(|slope| f64::from(slope).abs());
-        f64::from(self.inverse) + 0.5 * (across + along)
-    }
-
-    fn shows(&self, hit: &Hit, offset: DVec2) -> bool {
-        // At the eye both are infinite: there the ground is seen.
-        hit.range * self.at(offset) < 1.0
-    }
-}
 
 impl Square<'_> {
     /// Tells `put` row and column of every pixel of the screen in which bodies are seen, and what is seen there before what `ground` says of

@@ -16,9 +16,9 @@ use glam::{DVec2, Vec3};
 use super::area_coverage::{Coverage, clip};
 use super::body::{PlacedBody, SeenForm};
 use super::outline::Outline;
-use super::pixel::{BodyLight, PixelGround};
 use super::ray_coverage::{ALL, Aim, FEW, Grounds, Pencil, PixelMiddles, PixelRays, PixelRow, SeenFace};
 use super::view::{Hit, SQUARE, ShownBody, Square};
+use crate::objects::{BodyLight, PixelGround};
 use crate::simd::{Isa, LANES};
 use crate::space::Ray;
 

@@ -14,7 +14,7 @@ use super::Shape;
 use super::body::PlacedBody;
 use super::lens::{Lens, Line};
 use super::mesh::Basis;
-use super::pixel::PixelGround;
+use crate::objects::PixelGround;
 use crate::simd::{Floats, Kernel, LANES, Mask, Simd, Sixteen};
 
 pub(super) use alone::{FEW, Grounds, PixelMiddles, PixelRays, PixelRow};

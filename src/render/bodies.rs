@@ -10,13 +10,14 @@ use super::overlays::Pass;
 use super::renderer::Renderer;
 use super::shadows::{LatestShade, Shadows};
 use super::shown_ground::ShownGround;
-use crate::frame::{Atmosphere, Frame, Veil};
+use crate::frame::Frame;
 use crate::objects::{BodyLight, BodyView, Hit, SQUARE, Square};
 use crate::sensor::VisualSensor;
 use crate::simd::Isa;
 use crate::space::Ray;
 use crate::subimage::{Farm, Stage};
 use crate::voxel::PageSource;
+use crate::weather::{Atmosphere, Veil};
 use hedgehop_base::error::Result;
 
 /// Distance between hits of a body that have the same air before them: a part of their range, at which transmittance differs by 0.2 % at most whatever the haze,

@@ -2,9 +2,9 @@
 
 use std::borrow::Cow;
 
-use crate::frame::stage::Pixels;
 use crate::frame::{Frame, Matte, Picture};
 use crate::objects::SQUARE;
+use crate::pixels::Pixels;
 
 /// Bytes of an 8-bit pixel.
 const RGB: usize = 3;

@@ -3,11 +3,12 @@
 use super::canvas::Canvas;
 use super::overlays::Pass;
 use super::renderer::Renderer;
-use crate::frame::clouds::{CloudField, CloudLattice, CloudStage};
-use crate::scene::Clouds;
 use crate::space::Camera;
 use crate::subimage::{Farm, Stage};
 use crate::voxel::PageSource;
+use crate::weather::Clouds;
+use crate::weather::clouds::CloudStage;
+use crate::weather::clouds::{CloudField, CloudLattice};
 use hedgehop_base::error::Result;
 
 /// Clouds of the weather, before what is behind them; ranges stay those of that.

@@ -9,14 +9,14 @@ use super::overlays::Pass;
 use super::reference;
 use super::renderer::Renderer;
 use super::shown_ground::ShownGround;
-use crate::frame::Atmosphere;
-use crate::frame::stage::Pixels;
 use crate::objects::{Body, Glint, GlowSums, PARTS, PointLight, SQUARE, Surroundings};
+use crate::pixels::Pixels;
 use crate::simd::{Floats, Isa, Kernel, LANES, Simd, Sixteen};
 use crate::space::{Camera, Ray, Screen};
 use crate::subimage::{Farm, Stage};
 use crate::sunlight::{Firmament, Star, starlight_through, stars};
 use crate::voxel::PageSource;
+use crate::weather::Atmosphere;
 use hedgehop_base::error::Result;
 
 /// Lamps of a task.

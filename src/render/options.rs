@@ -3,13 +3,13 @@
 use glam::DVec3;
 
 use crate::earth::Curvature;
-use crate::frame::Atmosphere;
 use crate::raymarch::Surface;
-use crate::scene::Weather;
 use crate::sensor::VisualSensor;
 use crate::space::Camera;
 use crate::sunlight::{Brightness, Night, Shade, Shades, Sun};
 use crate::voxel::Header;
+use crate::weather::Atmosphere;
+use crate::weather::Weather;
 use hedgehop_base::error::{Error, Result};
 
 /// Settings of a rendering: surface, sun, light, weather, haze, engine.

@@ -1,9 +1,10 @@
 //! Overlays: what a view shows besides the ground, and what one of them draws.
 
 use super::canvas::Canvas;
-use crate::objects::{Body, PointLight, Puff};
+use crate::objects::{Body, PointLight};
 use crate::scene::Scenery;
 use crate::subimage::Farm;
+use crate::weather::Puff;
 use hedgehop_base::error::Result;
 
 /// Overlays that may be merged with the ground.

@@ -13,8 +13,10 @@ use super::plane_view::PlaneView;
 use super::renderer::Renderer;
 use super::spans::{self, SpanRenderer};
 use super::surface;
-use crate::frame::stage::{Air, Band, Cell, Depths, Painter, Pixels, PlaneSource, RowFill, Scale};
+use crate::cache::Lent;
+use crate::frame::stage::{Band, Cell, Depths, Painter, PlaneSource, RowFill, Scale};
 use crate::frame::{Frame, Picture};
+use crate::pixels::Pixels;
 use crate::raymarch::PageCursor;
 use crate::raymarch::scan::{
     KeptPlanes, MarchField, Outlook, PageFootprint, PlaneGroup, PlaneMarch, Profile, RowTable, Strides,
@@ -22,7 +24,8 @@ use crate::raymarch::scan::{
 use crate::sensor::radiance::{LineSampler, RadiancePages};
 use crate::simd::{LANES, Sixteen};
 use crate::subimage::{Farm, Stage, TaskSize};
-use crate::voxel::{Lent, PageId, PageNeeds, PageSource};
+use crate::voxel::{PageId, PageNeeds, PageSource};
+use crate::weather::Air;
 use hedgehop_base::error::Result;
 
 /// Planes of a march task, and rows of an image task, unless told otherwise: small ones cost nothing, and many workers find
@@ -256,7 +259,7 @@ pub fn footprint<S: PageSource>(renderer: &Renderer<'_, S>, view: &PlaneView<'_>
 }
 
 /// Returns the field that a group of planes is to see.
-fn field<S>(renderer: &Renderer<'_, S>, row_table: &RowTable, kept: &KeptPlanes) -> MarchField {
+pub(crate) fn field<S>(renderer: &Renderer<'_, S>, row_table: &RowTable, kept: &KeptPlanes) -> MarchField {
     let rows = kept.first..kept.first + kept.filled.len();
     let tangents = [row_table.edges[rows.start], row_table.edges[rows.end]];
     MarchField { tangents, row: row_table.least_row, detail: renderer.options.detail as f32 }

@@ -5,10 +5,11 @@ use glam::{DVec2, Vec3};
 use super::canvas::Canvas;
 use super::overlays::Pass;
 use super::renderer::Renderer;
-use crate::objects::{Lens, Puff, SQUARE, SeenPuff};
+use crate::objects::{Lens, SQUARE};
 use crate::space::{Camera, Screen};
 use crate::subimage::{Farm, Stage};
 use crate::voxel::PageSource;
+use crate::weather::{Puff, SeenPuff};
 use hedgehop_base::error::Result;
 
 /// Share of what is behind puffs below which nothing of it is seen.

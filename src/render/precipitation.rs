@@ -3,11 +3,11 @@
 use super::canvas::Canvas;
 use super::overlays::Pass;
 use super::renderer::Renderer;
-use crate::frame::PrecipitationStage;
 use crate::objects::SQUARE;
 use crate::space::Camera;
 use crate::subimage::{Farm, Stage};
 use crate::voxel::PageSource;
+use crate::weather::PrecipitationStage;
 use hedgehop_base::error::Result;
 
 /// Precipitation of the weather, before what is seen.

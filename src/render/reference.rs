@@ -7,12 +7,13 @@ use glam::Vec3;
 use super::account::{Account, Rays, Rendered, StageTimes};
 use super::limits::{far_limit, level_bands};
 use super::options::RenderOptions;
-use crate::frame::{Atmosphere, Frame};
+use crate::frame::Frame;
 use crate::raymarch::{Contact, Marcher, SurfaceFilter, SurfaceSample, march_column};
 use crate::space::Camera;
 use crate::subimage::{Farm, Subimage};
 use crate::sunlight::Shades;
 use crate::voxel::PageSource;
+use crate::weather::Atmosphere;
 use hedgehop_base::error::Result;
 
 /// Pixels of one subimage, `[column][row]`.

@@ -7,13 +7,14 @@ use glam::DVec3;
 use super::options::{Engine, RenderOptions};
 use super::plane_image::{LightingScratch, PlaneImage};
 use super::plane_view::LastScreen;
+use crate::cache::Used;
 use crate::frame::Picture;
-use crate::frame::clouds::CloudField;
 use crate::raymarch::scan::{Profile, TurnedPages};
 use crate::sensor::radiance::Radiance;
 use crate::sensor::{Facets, VisualSensor};
 use crate::simd::Isa;
-use crate::voxel::{PageSource, Used};
+use crate::voxel::PageSource;
+use crate::weather::clouds::CloudField;
 
 /// One part of so many of the memory for what is computed from pages holds heights, the others light: light takes longer, and paint that
 /// may have to be read again.

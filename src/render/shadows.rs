@@ -10,14 +10,14 @@ use super::overlays::Pass;
 use super::renderer::Renderer;
 use super::shown_ground::ShownGround;
 use super::sunlit::{Cells, Sunlit, SunlitBody};
-use crate::frame::Atmosphere;
-use crate::frame::stage::Pixels;
 use crate::objects::{Body, Bounds, Caster, Casters, Hit, Lens, LitPatch, SQUARE};
+use crate::pixels::Pixels;
 use crate::raymarch::{Contact, GridRay, SurfaceFilter};
 use crate::space::{Camera, Footprint, Ray};
 use crate::subimage::{Farm, Stage};
 use crate::sunlight::Daylight;
 use crate::voxel::PageSource;
+use crate::weather::Atmosphere;
 use hedgehop_base::error::Result;
 
 /// Pixels each way of the blocks of a square whose bodies are found together.

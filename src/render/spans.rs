@@ -4,13 +4,14 @@ use glam::DVec3;
 
 use super::plane_image::DepthsMut;
 use super::renderer::Renderer;
-use crate::frame::stage::{Air, Cell, Scale, SpanPaint};
+use crate::frame::stage::{Cell, Scale, SpanPaint};
 use crate::raymarch::scan::{
     KeptPlanes, MarchField, PlaneGroup, Profile, RowTable, SpanCoverage, SpanMarch, SpanScan,
 };
 use crate::sensor::ShadedFacets;
 use crate::simd::{Isa, LANES};
 use crate::voxel::PageSource;
+use crate::weather::Air;
 use hedgehop_base::error::Result;
 
 /// Puts what stands on the ground into rows that show it already; one per worker.

@@ -12,8 +12,9 @@ use super::plume::PlumeCast;
 use super::slope::Slope;
 use super::{Beyond, Object, Part, Scene};
 use crate::flight::{AltitudeMode, BindOptions, Fix, Track, Trajectory};
-use crate::objects::{Body, Form, PointLight, Puff};
+use crate::objects::{Body, Form, PointLight};
 use crate::space::{Attitude, Pose};
+use crate::weather::Puff;
 use hedgehop_base::error::{Error, Result};
 use hedgehop_geo::Crs;
 

@@ -8,14 +8,16 @@ use toml::Spanned;
 
 use super::light::{LightTable, MOST_LAMPS, light};
 use super::model::Models;
-use super::object::{ObjectTable, object};
-use super::part::BETWEEN;
+use super::object::object;
 use super::picture::{HudTable, PictureTable};
 use super::plume::{PlumeTable, plume};
-use super::precipitation::{GroundTable, PrecipitationTable};
 use super::sun::{NightTable, SunTable};
-use super::weather::{self, CloudsTable, FogTable};
-use super::{Object, Scene, Weather};
+use super::{Object, Scene};
+use crate::scene::contents::BETWEEN;
+use crate::scene::object_table::ObjectTable;
+use crate::weather::Weather;
+use crate::weather::{self, CloudsTable, FogTable};
+use crate::weather::{GroundTable, PrecipitationTable};
 use hedgehop_base::document::{Kind, Reading, plain};
 use hedgehop_base::error::{Error, Result};
 
@@ -46,6 +48,18 @@ struct SceneTable {
 struct AirTable {
     visibility_m: Option<Spanned<f64>>,
     glow: Option<Spanned<f64>>,
+}
+
+impl Scene {
+    /// Reads a scene file, and the tracks and models that it names.
+    ///
+    /// # Errors
+    /// [`Error::Io`] if a file cannot be read; [`Error::Invalid`] with line and key if the scene holds something
+    /// wrong; what [`crate::flight::read_track`] says of a track;
+    /// what is wrong with a model, with its file and place.
+    pub fn read(path: &Path) -> Result<Self> {
+        read(path)
+    }
 }
 
 pub(super) fn read(path: &Path) -> Result<Scene> {

@@ -1,13 +1,13 @@
 //! Shapes of objects and of their parts: which keys say how large each is.
 
+use crate::scene::object_table::FormKind;
 use std::ops::Range;
 
 use glam::DVec3;
-use serde::Deserialize;
 use toml::Spanned;
 
-use super::object::ObjectTable;
 use crate::objects::{Form, Shape};
+use crate::scene::object_table::ObjectTable;
 use hedgehop_base::document::Reading;
 use hedgehop_base::error::{Error, Result};
 
@@ -16,19 +16,6 @@ const MOST_PIXELS: f64 = 100.0;
 
 /// Metres of the largest object: what is larger is ground.
 pub(super) const LARGEST: f64 = 100_000.0;
-
-#[derive(Debug, Clone, Copy, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub(super) enum FormKind {
-    Sphere,
-    Ellipsoid,
-    Box,
-    Cylinder,
-    Cone,
-    Disc,
-    Line,
-    Point,
-}
 
 /// Keys that say how large a shape is.
 struct Sizes<'t, 'f> {

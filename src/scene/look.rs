@@ -1,37 +1,24 @@
 //! Appearance of objects and their parts: shapes, and models with levels and nodes.
 
+use crate::scene::object_table::Up;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use serde::Deserialize;
 use toml::Spanned;
 
 use super::form::{form, refuse_sizes};
-use super::model::{Fit, Models, NodeSplit, Origin, Rest, Size};
-use super::object::ObjectTable;
+use super::model::{Models, NodeSplit, Rest};
 use crate::objects::{Form, Level, Model};
+use crate::scene::model::Fit;
+use crate::scene::model::{Origin, Size};
+use crate::scene::object_table::ObjectTable;
 use crate::space::Attitude;
 use hedgehop_base::document::Reading;
 use hedgehop_base::error::Result;
 
 /// Levels of detail of an object.
 const MOST_LEVELS: usize = 16;
-
-/// Axis that points up in a model.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub(super) enum Up {
-    Y,
-    Z,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields, expecting = "a level { model = \"...\", below_px = ... }")]
-pub(super) struct LevelTable {
-    model: Spanned<PathBuf>,
-    below_px: Spanned<f64>,
-}
 
 /// Appearance of an object or a part, and what that was read from.
 #[derive(Debug)]

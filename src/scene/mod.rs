@@ -7,6 +7,8 @@
 //! `docs/scene.md` describes the file to users.
 
 mod cast;
+mod colour;
+mod contents;
 mod file;
 mod form;
 mod joint;
@@ -16,6 +18,7 @@ mod model;
 #[cfg(test)]
 mod night_tests;
 mod object;
+mod object_table;
 mod onward;
 mod part;
 #[cfg(test)]
@@ -23,164 +26,14 @@ mod part_tests;
 mod picture;
 mod place;
 mod plume;
-mod precipitation;
 mod slope;
 mod sun;
 #[cfg(test)]
 mod tests;
-mod weather;
-
-use std::path::{Path, PathBuf};
 
 pub use cast::{Cast, Scenery};
-pub(crate) use light::unit as scatter;
-pub use light::{Anchor, Flash, Lamp, LampLayout, Light, Rhythm};
-pub use part::Part;
+pub use contents::{Beyond, NightSky, Object, Part, Scene, SunLines};
+pub use light::{Flash, Lamp, LampLayout, Light, Rhythm};
 pub use picture::{Dither, Finish, Hud, Tone};
+pub use place::Anchor;
 pub use plume::{Plume, PlumeKind};
-pub use precipitation::{GroundCover, Precipitation, PrecipitationKind};
-pub use weather::{Clouds, Fog, Weather};
-
-use glam::DVec2;
-use serde::Deserialize;
-
-use crate::flight::Track;
-use crate::objects::Form;
-use crate::sunlight::{Night, Sky, SunSetting};
-use hedgehop_base::error::{Error, Result};
-use hedgehop_geo::Crs;
-
-/// Light of a night sky.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct NightSky {
-    /// Illuminance of level ground by moon, and by the lamps of the land about, lx, 0…1000.
-    pub lux: f64,
-    /// Whether stars are seen.
-    pub stars: bool,
-}
-
-impl Default for NightSky {
-    /// Stars, and as much moonlight as [`Night`] has.
-    fn default() -> Self {
-        Self { lux: Night::default().lux, stars: true }
-    }
-}
-
-/// Contents of a scene file.
-#[derive(Debug, Clone)]
-pub struct Scene {
-    /// The file.
-    pub path: PathBuf,
-    /// Hexadecimal BLAKE3 of the file and of all files that it names.
-    pub digest: String,
-    /// Position of the sun, if it is given: from 90 degrees below the horizon to 90 above it.
-    pub sun: Option<SunSetting>,
-    /// Whether ground lies in the shadow of ground, if it says so.
-    pub shadows: Option<bool>,
-    /// Light besides the sun's.
-    pub night: NightSky,
-    /// Lines of the file that say when the sun stands, and that ground lies in shadow.
-    pub lines: SunLines,
-    /// Meteorological visibility at the lowest ground, metres, > 0, if it is given.
-    pub visibility: Option<f64>,
-    /// Matter in the air besides haze.
-    pub weather: Weather,
-    /// Steps from light to a picture.
-    pub finish: Finish,
-    /// Symbols that are drawn over pictures.
-    pub hud: Hud,
-    /// Objects, by name.
-    pub objects: Vec<Object>,
-    /// Lights, in the order of the file.
-    pub lights: Vec<Light>,
-    /// Plumes, in the order of the file.
-    pub plumes: Vec<Plume>,
-}
-
-/// Lines of a scene file, from 1 on, for what is wrong with a sun over some database; `None`: it says nothing.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct SunLines {
-    /// Line of `time`.
-    pub time: Option<usize>,
-    /// Line of `shadows`.
-    pub shadows: Option<usize>,
-}
-
-/// Behaviour of an object before its track begins and after it has ended.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Beyond {
-    /// Stands at the track's first and last fix.
-    #[default]
-    Hold,
-    /// Is not there.
-    Hide,
-    /// Goes straight on as fast as it does there, and turned as it is there (IEEE 1278.1, dead reckoning model 2). With heights above ground it keeps to
-    /// the ground for ten minutes at most, and goes on level where that ends.
-    DeadReckoning,
-}
-
-/// Something that stands somewhere, or moves.
-#[derive(Debug, Clone)]
-pub struct Object {
-    /// No two of a scene have the same.
-    pub name: String,
-    /// Line of the scene file, from 1 on.
-    pub line: usize,
-    /// Appearance from all sides.
-    pub form: Form,
-    /// Files that its models, and its parts' models and angles were read from.
-    pub files: Vec<PathBuf>,
-    /// Parts of its models that are not shown, as clauses.
-    pub notes: Vec<String>,
-    /// Linear Rec. 709 reflectance, 0…1; of a model that of what has no colour of its own.
-    pub albedo: [f32; 3],
-    /// Track of the object; one fix if it stands.
-    pub track: Track,
-    /// End of a line, if its place and not its length is given.
-    pub to: Option<Track>,
-    /// Seconds after the flight's first fix at which the track's first fix is.
-    pub start: f64,
-    /// Behaviour beyond its track.
-    pub beyond: Beyond,
-    /// Whether it banks in turns where its track says nothing of roll.
-    pub banks: bool,
-    /// Whether it leans as the ground below it does.
-    pub leans: bool,
-    /// Moving parts; each after what it goes with.
-    pub parts: Vec<Part>,
-}
-
-impl Scene {
-    /// Reads a scene file, and the tracks and models that it names.
-    ///
-    /// # Errors
-    /// [`Error::Io`] if a file cannot be read; [`Error::Invalid`] with line and key if the scene holds something
-    /// wrong; what [`crate::flight::read_track`] says of a track;
-    /// what is wrong with a model, with its file and place.
-    pub fn read(path: &Path) -> Result<Self> {
-        file::read(path)
-    }
-
-    /// Names of all bodies, by their ids: those of objects, and then `object/part` of their parts.
-    pub fn names(&self) -> impl Iterator<Item = String> {
-        let parts = self.objects.iter().flat_map(|object| {
-            object.parts.iter().map(move |part| format!("{}{}{}", object.name, part::BETWEEN, part.name))
-        });
-        self.objects.iter().map(|object| object.name.clone()).chain(parts)
-    }
-
-    /// Finds where sun and stars of the scene stand over a place of `crs` (its metres or degrees), if it says so.
-    ///
-    /// # Errors
-    /// [`Error::Invalid`] with the line: what [`SunSetting::over`] says of its time.
-    pub fn sky_over(&self, crs: &Crs, place: DVec2) -> Result<Option<Sky>> {
-        let of_scene = |error: Error| match (error, self.lines.time) {
-            (Error::Configuration(what), Some(line)) => {
-                Error::invalid(&self.path, format!("line {line}: {what}"))
-            }
-            (other, _) => other,
-        };
-        self.sun.map(|sun| sun.over(crs, place)).transpose().map_err(of_scene)
-    }
-}

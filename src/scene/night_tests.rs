@@ -6,6 +6,8 @@ use glam::{DVec2, DVec3};
 
 use super::*;
 use crate::objects::PointLight;
+use crate::weather::{GroundCover, Precipitation, PrecipitationKind};
+use hedgehop_base::error::Result;
 use hedgehop_geo::Crs;
 
 fn read(text: &str) -> Result<Scene> {

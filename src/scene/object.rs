@@ -1,18 +1,18 @@
 //! One object of a scene file.
 
+use crate::scene::object_table::ObjectTable;
+use crate::scene::object_table::check_name;
 use std::fs;
 use std::ops::Range;
 use std::path::PathBuf;
 
-use serde::Deserialize;
 use toml::Spanned;
 
-use super::form::FormKind;
-use super::look::{LevelTable, Up, look};
-use super::model::{Models, Origin};
+use super::Object;
+use super::look::look;
+use super::model::Models;
 use super::part::{Whole, parts, refuse_keys};
-use super::place::{Above, PLACE_KEYS, Place};
-use super::{Beyond, Object};
+use super::place::{PLACE_KEYS, Place};
 use crate::flight::{Altitude, AltitudeMode, ReadOptions, Track, read_track};
 use hedgehop_base::colour::linear_from_srgb8;
 use hedgehop_base::document::Reading;
@@ -20,86 +20,6 @@ use hedgehop_base::error::{Error, Result};
 
 /// Grey of objects that are given no colour.
 const GREY: [u8; 3] = [150; 3];
-
-/// Characters of the longest name.
-const MOST_NAME: usize = 200;
-
-/// An object, or a part of one: `part.rs` says which keys are for which.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields, expecting = "a table [[object]] or [[object.part]]")]
-pub(super) struct ObjectTable {
-    pub name: String,
-    pub shape: Option<Spanned<FormKind>>,
-    pub radius_m: Option<Spanned<f64>>,
-    pub radii_m: Option<Spanned<Vec<f64>>>,
-    pub size_m: Option<Spanned<Vec<f64>>>,
-    pub height_m: Option<Spanned<f64>>,
-    pub width_m: Option<Spanned<f64>>,
-    pub width_px: Option<Spanned<f64>>,
-    pub size_px: Option<Spanned<f64>>,
-    pub to: Option<Spanned<Vec<f64>>>,
-    pub colour: Option<Spanned<String>>,
-    pub at: Option<Spanned<Vec<f64>>>,
-    pub at_lonlat: Option<Spanned<Vec<f64>>>,
-    pub altitude: Option<Spanned<Above>>,
-    pub slope: Option<Spanned<bool>>,
-    pub yaw_deg: Option<Spanned<f64>>,
-    pub pitch_deg: Option<Spanned<f64>>,
-    pub roll_deg: Option<Spanned<f64>>,
-    pub track: Option<Spanned<PathBuf>>,
-    pub track_number: Option<Spanned<usize>>,
-    pub sort: Option<Spanned<bool>>,
-    pub start_s: Option<Spanned<f64>>,
-    pub bank: Option<Spanned<bool>>,
-    pub beyond: Option<Spanned<Beyond>>,
-    pub model: Option<Spanned<PathBuf>>,
-    pub scale: Option<Spanned<f64>>,
-    pub length_m: Option<Spanned<f64>>,
-    pub turn_deg: Option<Spanned<Vec<f64>>>,
-    pub up: Option<Spanned<Up>>,
-    pub origin: Option<Spanned<Origin>>,
-    #[serde(default)]
-    pub levels: Vec<Spanned<LevelTable>>,
-    pub node: Option<Spanned<String>>,
-    pub parent: Option<Spanned<String>>,
-    pub offset_m: Option<Spanned<Vec<f64>>>,
-    pub axis: Option<Spanned<Vec<f64>>>,
-    pub angle_deg: Option<Spanned<f64>>,
-    pub turn_rpm: Option<Spanned<f64>>,
-    pub angles: Option<Spanned<PathBuf>>,
-    #[serde(default)]
-    pub part: Vec<Spanned<ObjectTable>>,
-}
-
-impl ObjectTable {
-    /// Whether it says how long a line is.
-    pub fn is_line(&self) -> bool {
-        self.shape.as_ref().is_some_and(|kind| matches!(kind.get_ref(), FormKind::Line))
-    }
-
-    /// Whether it leans as the ground below it does.
-    fn leans(&self) -> bool {
-        self.slope.as_ref().is_some_and(|slope| *slope.get_ref())
-    }
-
-    /// Returns the linear colour, if it says any.
-    pub fn albedo(&self, reading: &Reading<'_>) -> Result<Option<[f32; 3]>> {
-        let Some(colour) = &self.colour else { return Ok(None) };
-        let albedo = srgb(colour.get_ref()).ok_or_else(|| {
-            reading.wrong(colour.span(), format!("colour must be #rrggbb (sRGB), not {:?}", colour.get_ref()))
-        })?;
-        Ok(Some(linear_from_srgb8(albedo)))
-    }
-}
-
-/// Refuses names that would not do in a sentence; `whose` says what has it.
-pub(super) fn check_name(reading: &Reading<'_>, whose: &str, name: &str, table: &Range<usize>) -> Result<()> {
-    if name.trim().is_empty() || name.chars().any(char::is_control) || name.chars().count() > MOST_NAME {
-        let what = format!("{whose}'s name must be 1 to {MOST_NAME} printable characters");
-        return Err(reading.wrong(table.clone(), what));
-    }
-    Ok(())
-}
 
 pub(super) fn object(
     reading: &Reading<'_>,
@@ -204,14 +124,6 @@ fn lean(reading: &Reading<'_>, table: &ObjectTable, track: &mut Track) -> Result
     }
 
     Ok(())
-}
-
-/// `#rrggbb`.
-pub(super) fn srgb(text: &str) -> Option<[u8; 3]> {
-    let digits = text.strip_prefix('#').filter(|digits| digits.len() == 6 && digits.is_ascii())?;
-    let [_, red, green, blue] =
-        u32::from_str_radix(digits, 16).ok().filter(|_| !digits.starts_with('+'))?.to_be_bytes();
-    Some([red, green, blue])
 }
 
 /// The track of something that stands.

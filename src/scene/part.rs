@@ -1,5 +1,7 @@
 //! The table `[[object.part]]`: what moves on an object.
 
+use crate::scene::Part;
+use crate::scene::contents::BETWEEN;
 use std::fs;
 use std::ops::Range;
 use std::path::PathBuf;
@@ -11,10 +13,9 @@ use super::Object;
 use super::joint::{Axes, COLUMNS, Joint, JointCourse};
 use super::look::{NodeLook, look};
 use super::model::{Models, Rest};
-use super::object::{ObjectTable, check_name};
 use super::place::finite;
 use crate::flight::{Samples, read_columns};
-use crate::objects::Form;
+use crate::scene::object_table::{ObjectTable, check_name};
 use hedgehop_base::document::Reading;
 use hedgehop_base::error::{Error, Result};
 
@@ -26,29 +27,6 @@ const FASTEST: f64 = 100_000.0;
 
 /// Bytes of the largest table of angles.
 const MOST_BYTES: u64 = 64 << 20;
-
-/// Between an object's name and its part's, where both are named.
-pub(super) const BETWEEN: char = '/';
-
-/// Something that goes with an object, and moves on it.
-#[derive(Debug, Clone)]
-pub struct Part {
-    /// No two of an object have the same.
-    pub name: String,
-    /// Line of the scene file, from 1 on.
-    pub line: usize,
-    /// Appearance from all sides, about its pivot.
-    pub form: Form,
-    /// Linear Rec. 709 reflectance, 0…1; of a model that of what has no colour of its own.
-    pub albedo: [f32; 3],
-    /// Number of the object's part that it goes with, less than its own; `None`: the object itself.
-    pub parent: Option<usize>,
-    /// Turns a minute about its axis, clockwise as seen from its tip.
-    pub turn_rpm: f64,
-    /// The table that says how it is turned.
-    pub table: Option<PathBuf>,
-    pub(super) joint: Joint,
-}
 
 /// Object or part that a table is of.
 #[derive(Debug, Clone, Copy, PartialEq)]

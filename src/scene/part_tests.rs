@@ -1,9 +1,13 @@
+use crate::objects::Form;
+use crate::weather::chance::unit as scatter;
 use std::fs;
 
 use glam::{DMat3, DVec2, DVec3};
 
 use super::*;
 use crate::objects::{Body, Model};
+use hedgehop_base::error::Result;
+use hedgehop_geo::Crs;
 
 /// Reads a scene from text, with tables of angles, a track and models beside it.
 fn read(text: &str) -> Result<Scene> {

@@ -5,7 +5,6 @@ use std::ops::Range;
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::light::Anchor;
 use crate::flight::{Altitude, AltitudeMode, Fix, Horizontal, Track};
 use hedgehop_base::document::Reading;
 use hedgehop_base::error::Result;
@@ -123,4 +122,13 @@ pub(super) fn finite(reading: &Reading<'_>, key: &str, at: &Spanned<Vec<f64>>) -
         return Ok(place);
     }
     Err(reading.wrong(at.span(), format!("{key} must be three numbers of 10⁹ at most, not {place:?}")))
+}
+
+/// Anchor of a light.
+#[derive(Debug, Clone)]
+pub enum Anchor {
+    /// Fixed place; the only fix.
+    At(Track),
+    /// Object of this name, in whose axes its lamps lie.
+    On(String),
 }

@@ -4,12 +4,12 @@ use glam::{DVec2, DVec3, Vec3};
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::light::Anchor;
-use super::object::srgb;
 use super::place::{Above, PLACE_KEYS, Place, finite};
 use crate::flight::{BindOptions, Trajectory};
-use crate::objects::Puff;
+use crate::scene::Anchor;
+use crate::scene::colour::srgb;
 use crate::space::Pose;
+use crate::weather::Puff;
 use hedgehop_base::colour::linear_from_srgb8;
 use hedgehop_base::document::Reading;
 use hedgehop_base::error::{Error, Result};
@@ -299,8 +299,8 @@ impl Plume {
 }
 
 /// A number of -1…1 without pattern, for each of many, and of each for several uses.
-fn scatter(number: i64, part: u64) -> f64 {
-    super::light::unit(number as u64 ^ part.rotate_right(8)) * 2.0 - 1.0
+pub(super) fn scatter(number: i64, part: u64) -> f64 {
+    crate::weather::chance::unit(number as u64 ^ part.rotate_right(8)) * 2.0 - 1.0
 }
 
 #[cfg(test)]

@@ -1,9 +1,13 @@
+use crate::objects::Form;
+use crate::weather::Weather;
 use std::fs;
 
 use glam::DVec2;
 
 use super::*;
 use crate::sunlight::{Sun, SunSetting};
+use crate::weather::Fog;
+use hedgehop_base::error::Result;
 use hedgehop_geo::Crs;
 
 /// Reads a scene from text, with a track `car.csv` beside it.

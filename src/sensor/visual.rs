@@ -3,9 +3,9 @@
 use glam::Vec3;
 
 use crate::raymarch::SurfaceSample;
-use crate::scene::GroundCover;
 use crate::simd::{Floats, Simd};
 use crate::sunlight::{Daylight, Sun};
+use crate::weather::GroundCover;
 
 /// Shades imagery so that level ground keeps its colour, whatever the sun's elevation: photographs
 /// already hold the light of their hour.

@@ -14,6 +14,7 @@
 //! Gathers never wait for a mask: one that is gated by the last comparison is several times slower than
 //! one of all lanes whose result is masked. Their indices are clamped into the slice instead.
 
+mod kernel;
 mod lanes;
 pub mod math;
 mod portable;
@@ -26,19 +27,12 @@ mod avx512;
 #[cfg(test)]
 mod tests;
 
+pub use kernel::Kernel;
 pub use lanes::{Floats, Ints, LANES, Mask, Simd, Sixteen};
 pub use portable::Portable;
 pub use turn::turned;
 
 use std::str::FromStr;
-
-/// Work that is written for any instruction set.
-pub trait Kernel {
-    /// Type of the result.
-    type Output;
-    /// Does it. Implementations are `#[inline(always)]`, or the set's instructions are not used.
-    fn run<S: Simd>(self, simd: S) -> Self::Output;
-}
 
 /// An instruction set that this machine has.
 #[derive(Debug, Clone, Copy)]

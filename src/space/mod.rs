@@ -10,6 +10,7 @@ mod camera;
 mod distortion;
 mod screen;
 mod table;
+mod tabulate;
 #[cfg(test)]
 mod tests;
 

@@ -9,8 +9,9 @@ use super::Sun;
 use super::course::{Course, Leg};
 use super::rows::{CourseRows, NONE, mix};
 use super::sweep::{Crossing, Shadow, Step, carry};
+use crate::cache::{Bytes, KeyedCache};
 use crate::simd::{Isa, Kernel, Simd};
-use crate::voxel::{APRON, Bytes, Header, KeyedCache, PAGE_SIDE, PageId, PageSource, RADIX};
+use crate::voxel::{APRON, Header, PAGE_SIDE, PageId, PageSource, RADIX};
 use hedgehop_base::error::Result;
 
 /// Posts around a page whose share of the sun is told with it.

@@ -1,15 +1,12 @@
 //! One page: the planes of a square block of voxels.
 
+use crate::voxel::APRON;
+use crate::voxel::PagePart;
+use crate::voxel::RELIEF_APRON;
 use std::ops::Range;
 
 use super::format::{PLANE_ALIGNMENT, page as at};
-use super::{BARE, PageEntry, PageId, Relief, SpanTable, SpansView, empty};
-
-/// Samples around a page's voxels that repeat the neighbours' (or, at the edge of the area, the
-/// page's own), so that whatever is made of a page, its filtered light too, is made of it alone.
-pub const APRON: u32 = 6;
-/// Apron of the relief: slopes need heights one further out.
-pub const RELIEF_APRON: u32 = APRON - 1;
+use super::{BARE, PageEntry, PageId, Relief, SpanTable, SpansView, zeros};
 
 /// Material and origin of a voxel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, bytemuck::Pod, bytemuck::Zeroable)]
@@ -113,114 +110,20 @@ pub struct BoundsView<'a> {
     pub high: &'a [u16],
 }
 
-/// Planes of a page that are read by the same readers, and are in memory together.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum PagePart {
-    /// Heights of a surface.
-    Heights(PageId),
-    /// Looks of a surface and its materials: colours, relief and attributes.
-    Paint(PageId),
-    /// Bounds that tell where it cannot be seen. Pages of level index 0 and of bare ground have none.
-    Bounds(PageId),
-    /// Spans that stand on it: of bare ground alone.
-    Spans(PageId),
-}
-
-impl PagePart {
-    /// Parts that a page has at most.
-    pub const COUNT: usize = 3;
-
-    /// Returns the page that it is a part of.
-    pub fn page(self) -> PageId {
-        match self {
-            Self::Heights(page) | Self::Paint(page) | Self::Bounds(page) | Self::Spans(page) => page,
-        }
-    }
-
-    /// Returns the number of the part, 0 to 2, in the order in which they lie in the file.
-    #[inline]
-    pub fn number(self) -> usize {
-        match self {
-            Self::Heights(_) => 0,
-            Self::Bounds(_) | Self::Spans(_) => 1,
-            Self::Paint(_) => 2,
-        }
-    }
-
-    /// The part of a page with a number.
-    #[inline]
-    pub fn numbered(number: usize, page: PageId) -> Self {
-        match number {
-            0 => Self::Heights(page),
-            1 if page.is_bare() => Self::Spans(page),
-            1 => Self::Bounds(page),
-            _ => Self::Paint(page),
-        }
-    }
-
-    /// The parts that a page has.
-    pub fn all(page: PageId) -> impl Iterator<Item = Self> {
-        let third = if page.is_bare() { Self::Spans(page) } else { Self::Bounds(page) };
-        [Self::Heights(page), Self::Paint(page), third].into_iter().take(if page.level == 0 { 2 } else { 3 })
-    }
-
-    /// Lists the parts that show a page's surface.
-    pub fn posts(page: PageId) -> [Self; 2] {
-        [Self::Heights(page), Self::Paint(page)]
-    }
-
-    /// Finds the part in the `length` bytes of its page, of `width` × `height` voxels, of which `spans` are spans.
-    pub(super) fn range(self, size: (u32, u32), [length, spans]: [usize; 2]) -> Range<usize> {
-        let layout = PageLayout::new(size, bounds_flag(self.page().level), spans);
-        match self {
-            Self::Heights(_) => 0..layout.low.start,
-            Self::Bounds(_) | Self::Spans(_) => layout.low.start..layout.colours.start,
-            Self::Paint(_) => layout.colours.start..length,
-        }
-    }
-}
-
-/// Parts of pages that somebody is about to read, in the order of need.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct PageNeeds {
-    /// First those that are likely to be read, then the others that may be.
-    pub parts: Vec<PagePart>,
-    /// Number of those that are likely needed.
-    pub likely: usize,
-}
-
-impl PageNeeds {
-    /// Takes paint out, and returns it.
-    pub fn take_paint(&mut self) -> Vec<PagePart> {
-        let is_paint = |part: &mut PagePart| matches!(part, PagePart::Paint(_));
-        let mut paint: Vec<_> = self.parts.extract_if(..self.likely, is_paint).collect();
-        self.likely -= paint.len();
-        paint.extend(self.parts.extract_if(self.likely.., is_paint));
-        paint
-    }
-}
-
-impl From<Vec<PagePart>> for PageNeeds {
-    /// All of them are likely.
-    fn from(parts: Vec<PagePart>) -> Self {
-        Self { likely: parts.len(), parts }
-    }
-}
-
 /// Positions of the planes in a page's bytes.
-struct PageLayout {
+pub(super) struct PageLayout {
     heights: Range<usize>,
-    low: Range<usize>,
+    pub(super) low: Range<usize>,
     high: Range<usize>,
     spans: Range<usize>,
-    colours: Range<usize>,
+    pub(super) colours: Range<usize>,
     relief: Range<usize>,
     attributes: Range<usize>,
 }
 
 impl PageLayout {
     /// Lays out a page of `width` × `height` voxels (both at most PAGE_SIDE), with so many bytes of spans.
-    fn new((width, height): (u32, u32), flags: u32, spans: usize) -> Self {
+    pub(super) fn new((width, height): (u32, u32), flags: u32, spans: usize) -> Self {
         let voxels = width as usize * height as usize;
         let with_apron = |apron: u32| (width + 2 * apron) as usize * (height + 2 * apron) as usize;
         let samples = with_apron(APRON);
@@ -270,7 +173,19 @@ pub(super) fn is_page_length(level: u8, size: (u32, u32), lengths: [usize; 2]) -
     PageLayout::of_length(level, size, lengths).is_some()
 }
 
-fn bounds_flag(level: u8) -> u32 {
+impl PagePart {
+    /// Finds the part in the `length` bytes of its page, of `width` × `height` voxels, of which `spans` are spans.
+    pub(super) fn range(self, size: (u32, u32), [length, spans]: [usize; 2]) -> Range<usize> {
+        let layout = PageLayout::new(size, bounds_flag(self.page().level), spans);
+        match self {
+            Self::Heights(_) => 0..layout.low.start,
+            Self::Bounds(_) | Self::Spans(_) => layout.low.start..layout.colours.start,
+            Self::Paint(_) => layout.colours.start..length,
+        }
+    }
+}
+
+pub(super) fn bounds_flag(level: u8) -> u32 {
     if level > 0 && level != BARE { at::FLAG_BOUNDS } else { 0 }
 }
 
@@ -340,7 +255,7 @@ impl<'a> PlanePositions<'a> {
     }
 
     fn plane<T: bytemuck::AnyBitPattern>(&self, range: &Range<usize>) -> Result<&'a [T], String> {
-        let bytes = if self.empty.is_some() { empty::plane(range.len()) } else { &self.bytes[range.clone()] };
+        let bytes = if self.empty.is_some() { zeros::plane(range.len()) } else { &self.bytes[range.clone()] };
         bytemuck::try_cast_slice(bytes)
             .map_err(|error| format!("a page that cannot be mapped here ({error})"))
     }

@@ -18,7 +18,7 @@ use std::time::{Duration, Instant};
 
 use super::assembly::Storage;
 use super::format::header as at;
-use super::writer::{folder_of, sync_folder};
+use crate::voxel::folders::{folder_of, sync_folder};
 use hedgehop_base::error::{Error, Result};
 
 /// Ending of a journal's name.

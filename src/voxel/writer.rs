@@ -2,6 +2,8 @@
 //! only when it is whole and on the disk; or the target is [changed in place](super::patch). A build that is killed leaves
 //! `NAME.part-…`, whose header is missing.
 
+use crate::voxel::folders::folder_of;
+use crate::voxel::folders::sync_folder;
 use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -271,17 +273,4 @@ fn already_exists(path: &Path) -> Error {
         "{} exists already; give --overwrite to replace it, or another name with -o",
         path.display()
     ))
-}
-
-/// The folder that holds `path`.
-pub(super) fn folder_of(path: &Path) -> &Path {
-    match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    }
-}
-
-/// Makes a rename durable; only Unix can flush a folder.
-pub(super) fn sync_folder(folder: &Path) -> io::Result<()> {
-    if cfg!(unix) { File::open(folder)?.sync_all() } else { Ok(()) }
 }

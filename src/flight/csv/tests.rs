@@ -1,8 +1,8 @@
 use std::path::Path;
 
-use super::super::raw::assemble;
 use super::super::track::{ReadOptions, Track};
 use super::*;
+use crate::flight::assemble::assemble;
 
 fn parse_with(text: &str, options: &ReadOptions) -> Result<Track> {
     let source = PathSource { path: Path::new("path.csv"), options };

@@ -13,9 +13,6 @@
 //! Light is filtered where it is known exactly: along the planes by the rows' boxes, across them by the width of a
 //! line's texels. What is left to resample are pixels of nearly the right size.
 
-mod air;
-#[cfg(test)]
-mod air_tests;
 mod band;
 mod cell;
 mod paint;
@@ -25,8 +22,7 @@ mod solids;
 #[cfg(test)]
 mod tests;
 
-pub use air::Air;
-pub use band::{Band, Pixels};
+pub use band::Band;
 pub use cell::{Cell, Scale};
 pub use paint::{Painter, PlaneLight};
 pub use plane_image::{Depths, PlaneSource};

@@ -2,11 +2,11 @@
 
 use glam::DVec3;
 
-use super::air::Air;
 use crate::raymarch::scan::{PlaneGroup, Profile, SampleLine};
 use crate::sensor::radiance::{Crossings, ImageLine, LineSampler, PlanesAbove, TexelPlace};
 use crate::simd::{Floats, Isa, Kernel, LANES, Simd, Sixteen};
 use crate::voxel::Grid;
+use crate::weather::Air;
 use hedgehop_base::error::Result;
 
 /// Sights from the one that is painted to the one that is fetched, a power of two.

@@ -14,11 +14,11 @@
 
 use std::ops::Range;
 
-use super::air::Air;
 use super::cell::{Cell, Scale};
 use super::paint::PlaneLight;
 use crate::raymarch::scan::{NO_SLOPE, Profile, RowTable, VisibleSegment};
 use crate::simd::{Floats, Ints, Isa, Kernel, LANES, Mask, Simd, Sixteen};
+use crate::weather::Air;
 
 /// Least rise of a stretch, as tangent: keeps quotients finite.
 const LEAST_RISE: f32 = 1.0e-20;

@@ -1,9 +1,9 @@
 //! Spans put before the ground in the plane image.
 
-use super::air::Air;
 use super::cell::{Cell, Scale};
 use crate::raymarch::scan::{RowTable, SpanCoverage};
 use crate::simd::{Floats, Isa, Kernel, LANES, Mask, Simd, Sixteen};
+use crate::weather::Air;
 
 /// Share of a row above which it shows something.
 const LEAST_SHARE: f32 = 1.0e-3;

@@ -6,11 +6,12 @@ use proptest::prelude::*;
 
 use super::cell::{Cell, Scale};
 use super::paint::PlaneLight;
-use super::{Air, EdgeSums, RowFill};
-use crate::frame::Atmosphere;
+use super::{EdgeSums, RowFill};
 use crate::raymarch::scan::RowTable;
 use crate::raymarch::scan::{NO_SLOPE, Post, Profile, SampleLine};
 use crate::simd::{Floats, Ints, Isa, Kernel, LANES, Simd, Sixteen};
+use crate::weather::Air;
+use crate::weather::Atmosphere;
 
 const ROWS: usize = 40;
 

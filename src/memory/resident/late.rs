@@ -11,31 +11,15 @@
 //! had it has ended.
 
 use std::collections::VecDeque;
-use std::sync::PoisonError;
 use std::sync::atomic::Ordering;
 
-use super::super::deferred_eviction::DeferredEviction;
-use super::super::sync::{AtomicU8, AtomicU64, Mutex, MutexGuard, SegQueue, Sender};
+use super::super::sync::{AtomicU8, AtomicU64, Sender};
 use super::{Claim, Expected, Ledger, PagingCounters, ResidentPages, state};
 use crate::voxel::{BoundsView, Header, HeightsView, PageId, PagePart, PageSource, PageView, SpansView};
 use hedgehop_base::error::Result;
 
 /// Pages that are brought together before others may come first.
 const TOGETHER: usize = 4;
-
-/// Holdings and wants of frames that never wait.
-#[derive(Debug, Default)]
-pub(super) struct Late {
-    deferred: Mutex<DeferredEviction>,
-    /// Each part of a page once, while its state says that it is wanted.
-    wanted: SegQueue<PagePart>,
-}
-
-impl Late {
-    fn deferred(&self) -> MutexGuard<'_, DeferredEviction> {
-        self.deferred.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
 
 /// The pages of a database that were in memory when a frame began; others are absent, and wanted.
 ///

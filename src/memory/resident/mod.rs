@@ -16,6 +16,7 @@
 mod eviction;
 mod late;
 mod reading;
+mod wants;
 
 pub(super) use eviction::PaintInSight;
 pub use late::PresentPages;
@@ -95,7 +96,7 @@ pub struct ResidentPages {
     tally: PagingCounters,
     /// The thread that looks ahead: what it touches is no demand miss.
     manager: Mutex<Option<ThreadId>>,
-    late: late::Late,
+    late: wants::Late,
 }
 
 impl ResidentPages {
@@ -112,7 +113,7 @@ impl ResidentPages {
             came: Condvar::new(),
             tally: PagingCounters::default(),
             manager: Mutex::default(),
-            late: late::Late::default(),
+            late: wants::Late::default(),
         }
     }
 

@@ -9,13 +9,15 @@
 
 use glam::{DVec2, DVec3, Vec2, Vec3};
 
-use super::{BodyLight, Looking, PixelGround};
+use super::Looking;
+use crate::objects::Hit;
 use crate::objects::body::SeenForm;
 use crate::objects::lens::Line;
 use crate::objects::mesh::Facet;
 use crate::objects::ray_coverage::{CountAll, MeshItem, MeshPatch, Pencil, Probe};
 use crate::objects::sheet::are_alike;
-use crate::objects::view::{Hit, nearest};
+use crate::objects::view::nearest;
+use crate::objects::{BodyLight, PixelGround};
 use crate::space::Ray;
 
 /// Sample places of textures in pixels of one face, from the middle.

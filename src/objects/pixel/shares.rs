@@ -1,8 +1,9 @@
 //! Share of a pixel that each body covers.
 
-use super::{BodyLight, Looking, PixelGround};
+use super::Looking;
 use crate::objects::Square;
 use crate::objects::ray_coverage::RAYS;
+use crate::objects::{BodyLight, PixelGround};
 use crate::simd::Isa;
 
 /// Share of a pixel that one body covers.

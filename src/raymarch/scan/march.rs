@@ -21,7 +21,7 @@ const NEAR: f64 = 48.0;
 const AT_EYE: f32 = 1.0e30;
 
 /// Least major distance of a post, units.
-const LEAST_DISTANCE: f32 = 1.0e-6;
+pub(super) const LEAST_DISTANCE: f32 = 1.0e-6;
 
 /// Share of the way to the ceiling that is passed over: the rest is for rounding.
 const UNDER_CEILING: f32 = 0.999;

@@ -1,5 +1,6 @@
 //! The two kinds of plane images.
 
+use crate::raymarch::scan::panorama::MOST_WORDS;
 use std::ops::Range;
 
 use glam::DVec3;
@@ -7,9 +8,6 @@ use glam::DVec3;
 use super::{Panorama, PlaneGroup, Upright};
 use crate::simd::{LANES, Sixteen};
 use crate::voxel::Grid;
-
-/// Most words of a plane image, 1 GiB: more, and their indices would be too long for a gather.
-pub const MOST_WORDS: usize = 1 << 28;
 
 /// Arrangement of planes and rows before a screen.
 #[derive(Debug, Clone)]

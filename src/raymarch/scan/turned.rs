@@ -2,8 +2,9 @@
 
 use std::sync::Arc;
 
+use crate::cache::{Bytes, KeyedCache};
 use crate::simd::turned;
-use crate::voxel::{APRON, Bytes, KeyedCache, PageId, PageSource};
+use crate::voxel::{APRON, PageId, PageSource};
 use hedgehop_base::error::Result;
 
 /// Bytes of turned pages that are kept.

@@ -4,9 +4,10 @@ use std::path::Path;
 
 use glam::{DVec2, DVec3};
 
-use super::{Anchor, Flash, Lamp, LampLayout, Light, MOST_LAMPS};
+use super::{Flash, Lamp, LampLayout, Light, MOST_LAMPS};
 use crate::flight::{AltitudeMode, BindOptions, Track, Trajectory};
 use crate::objects::PointLight;
+use crate::scene::Anchor;
 use crate::space::{Attitude, Pose};
 use hedgehop_base::error::{Error, Result};
 use hedgehop_geo::Crs;

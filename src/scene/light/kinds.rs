@@ -3,6 +3,7 @@
 //! Offsets are to the right and forward of somebody who lands; intensities are those of a night with good visibility, when airfields dim their lights. Patterns after
 //! ICAO Annex 14, § 5.3 (approach lighting, PAPI, runway edge, threshold, end and centre line).
 
+use crate::weather::chance::Random;
 use std::sync::Arc;
 
 use glam::DVec3;
@@ -191,31 +192,6 @@ pub fn town(extent: [f64; 2], count: usize, candela: f64, colour: Colour, seed: 
             lamp(strewn(&mut random, extent[0]), strewn(&mut random, extent[1]), &kinds[kind])
         })
         .collect()
-}
-
-/// Numbers without pattern (Steele, Lea and Flood 2014, *Fast splittable pseudorandom number generators*: SplitMix64).
-struct Random(u64);
-
-/// Difference from one seed to the next.
-const STEP: u64 = 0x9e37_79b9_7f4a_7c15;
-
-/// A number of 0 ≤ … < 1 for each of many, without pattern.
-pub fn unit(number: u64) -> f64 {
-    mixed(number.wrapping_add(1).wrapping_mul(STEP))
-}
-
-fn mixed(seed: u64) -> f64 {
-    let mixed = (seed ^ (seed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    ((mixed ^ (mixed >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-}
-
-impl Random {
-    /// 0 ≤ a number < 1.
-    fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(STEP);
-        mixed(self.0)
-    }
 }
 
 #[cfg(test)]

@@ -39,7 +39,7 @@ impl Colour {
             "blue" => Self::BLUE,
             "warm" => Self::WARM,
             hex => {
-                let colour = Self(linear_from_srgb8(super::super::object::srgb(hex)?).into());
+                let colour = Self(linear_from_srgb8(crate::scene::colour::srgb(hex)?).into());
                 return (colour.0 != Vec3::ZERO).then_some(colour);
             }
         })

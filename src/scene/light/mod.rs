@@ -5,12 +5,12 @@ mod kinds;
 mod lamp;
 mod table;
 
+use crate::scene::Anchor;
 use std::sync::Arc;
 
 use glam::DVec3;
 
 pub(super) use cast::LampCast;
-pub(crate) use kinds::unit;
 pub(super) use table::{LightTable, light};
 
 use crate::flight::Track;
@@ -40,15 +40,6 @@ impl Light {
             LampLayout::String(..) => 1,
         }
     }
-}
-
-/// Anchor of a light.
-#[derive(Debug, Clone)]
-pub enum Anchor {
-    /// Fixed place; the only fix.
-    At(Track),
-    /// Object of this name, in whose axes its lamps lie.
-    On(String),
 }
 
 /// Arrangement of lamps about their anchor.

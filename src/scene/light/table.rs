@@ -7,8 +7,9 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::lamp::{Colour, around, beam};
-use super::{Anchor, Flash, Lamp, LampLayout, Light, MOST_LAMPS, Rhythm, kinds};
+use super::{Flash, Lamp, LampLayout, Light, MOST_LAMPS, Rhythm, kinds};
 use crate::objects::Fixture;
+use crate::scene::Anchor;
 use crate::scene::place::{Above, PLACE_KEYS, Place, finite};
 use hedgehop_base::document::Reading;
 use hedgehop_base::error::Result;

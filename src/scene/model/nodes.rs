@@ -8,29 +8,22 @@
 //! A node's axes are those that its file gives it (glTF 2.0, 3.5.3, without scale and shear), in the order right, forward, up that all bodies have: of glTF
 //! −X, +Z, +Y.
 
+pub(super) use crate::scene::model::Rest;
 use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
 
-use super::{Fit, Fitting, Knife};
 use crate::objects::Mesh;
+use crate::scene::model::Fit;
+use crate::scene::model::fit::{Fitting, Knife};
 use hedgehop_assets::model::{Clause, Model, ModelNode, ModelPart};
 
 /// Names of nodes that are told to who asks for another one.
 const MOST_TOLD: usize = 8;
 
-/// Place of a part at rest, in the axes of what it goes with.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::scene) struct Rest {
-    /// Pivot of the part: right, forward, up, metres.
-    pub pivot: DVec3,
-    /// Columns: its axes right, forward, up.
-    pub turn: DMat3,
-}
-
 /// A model in several meshes.
 #[derive(Debug)]
-pub(in crate::scene) struct NodeSplit {
+pub(crate) struct NodeSplit {
     /// Mesh that is left of it.
     pub rest: Arc<Mesh>,
     /// Each node that was to be cut off, or why it was not: a clause.

@@ -1,8 +1,11 @@
+use crate::scene::model::Origin;
+use crate::scene::model::Size;
+use crate::space::Attitude;
 use std::fs;
 use std::io::Cursor;
 use std::path::PathBuf;
 
-use glam::{DMat3, Vec3};
+use glam::{DMat3, DVec3, Vec3};
 
 use super::*;
 use hedgehop_testing::realdata;

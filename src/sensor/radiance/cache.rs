@@ -3,13 +3,14 @@
 use std::sync::Arc;
 
 use super::lines::FilterScratch;
-use super::page::PostPart;
 use super::posts::PageLight;
 use super::{Facing, LineFilter, LineImage, RadiancePage};
+use crate::cache::{Bytes, KeyedCache, Lent, Used};
 use crate::sensor::VisualSensor;
+use crate::sensor::radiance::part::PostPart;
 use crate::simd::Isa;
 use crate::sunlight::{ShadePage, Shades};
-use crate::voxel::{Bytes, KeyedCache, Lent, PageId, PageSource, Used};
+use crate::voxel::{PageId, PageSource};
 use hedgehop_base::error::Result;
 
 /// Bytes of radiance that are kept unless told otherwise.

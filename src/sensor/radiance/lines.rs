@@ -11,9 +11,11 @@
 //! whichever axis the planes run along.
 
 use super::facing::Facing;
-use super::page::{Baking, ImageFinish, PostPart, encode};
+use super::page::{Baking, ImageFinish, encode};
 use super::posts::PageLight;
-use super::window::{RING, Window, WindowRow};
+use super::window::{Window, WindowRow};
+use crate::sensor::radiance::part::PostPart;
+use crate::sensor::radiance::part::RING;
 use crate::simd::{Floats, Isa, LANES, Simd, turned};
 use crate::voxel::{PageId, PageSource};
 use hedgehop_base::error::Result;

@@ -20,6 +20,7 @@ mod cache_tests;
 mod facing;
 mod lines;
 mod page;
+mod part;
 mod posts;
 mod sample;
 #[cfg(test)]
@@ -32,4 +33,4 @@ pub use cache::{Radiance, RadiancePages};
 pub use facing::Facing;
 pub use lines::{LineFilter, LineImage};
 pub use page::RadiancePage;
-pub use sample::{Crossings, ImageLine, LineSampler, PlanesAbove, TexelPlace, UNITS};
+pub use sample::{Crossings, ImageLine, LineSampler, PlanesAbove, TexelPlace};

@@ -2,48 +2,14 @@
 
 use super::facing::Facing;
 use super::posts::{PageLight, Posts};
-use super::window::{RING, Window};
+use super::window::Window;
+use crate::pixels::CODE_LIMIT;
+use crate::pixels::ROOT_OF_BRIGHTEST;
+use crate::sensor::radiance::part::PostPart;
+use crate::sensor::radiance::part::RING;
 use crate::simd::{Floats, Ints, Isa, Kernel, LANES, Simd};
-use crate::voxel::{PAGE_SIDE, PageId, PageSource};
+use crate::voxel::{PageId, PageSource};
 use hedgehop_base::error::Result;
-
-/// Root of the radiance of the greatest code.
-pub const ROOT_OF_BRIGHTEST: f32 = 1.5;
-/// Greatest code of a channel.
-pub const CODE_LIMIT: f32 = 1023.0;
-
-/// A rectangle of a page's posts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct PostPart {
-    /// The first post, eastward and northward.
-    pub first: [u32; 2],
-    /// Posts, eastward and northward, ≥ 1; what lies beyond the page is none.
-    pub size: [u32; 2],
-}
-
-impl PostPart {
-    /// The whole of any page.
-    pub const ALL: Self = Self { first: [0; 2], size: [PAGE_SIDE; 2] };
-
-    /// `count` columns (`major` 0) or rows (`major` 1).
-    pub fn lines(major: u8, first: u32, count: u32) -> Self {
-        let mut part = Self::ALL;
-        part.first[usize::from(major)] = first;
-        part.size[usize::from(major)] = count;
-        part
-    }
-
-    /// Clips the part to a page of `width` × `height` posts.
-    #[must_use]
-    fn within(self, width: u32, height: u32) -> Self {
-        let mut part = self;
-        for (axis, side) in [width, height].into_iter().enumerate() {
-            part.first[axis] = part.first[axis].min(side - 1);
-            part.size[axis] = part.size[axis].min(side - part.first[axis]);
-        }
-        part
-    }
-}
 
 /// Radiance of a page or of a part of it: texels with an apron, rows from south to north.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -3,9 +3,9 @@
 use std::ops::Range;
 
 use super::facing::{Facing, VOID_WEIGHT};
-use super::page::PostPart;
-use super::window::LIT;
 use crate::sensor::VisualSensor;
+use crate::sensor::radiance::part::LIT;
+use crate::sensor::radiance::part::PostPart;
 use crate::simd::{Floats, Ints, LANES, Mask, Simd};
 use crate::sunlight::{SHADE_APRON, ShadePage};
 use crate::voxel::{

@@ -6,7 +6,6 @@ use super::RadiancePages;
 use super::cache::LineStrip;
 use super::facing::{Facing, STEEPER};
 use super::lines::{LineFilter, LineImage};
-use super::page::{CODE_LIMIT, ROOT_OF_BRIGHTEST};
 use crate::simd::{Floats, Ints, LANES, Simd};
 use crate::voxel::{BARE, Grid, PAGE_SIDE, PageId};
 use hedgehop_base::error::Result;
@@ -22,16 +21,6 @@ const WIDER: [f64; 2] = [1.42, 2.84];
 
 /// Texels under sixteen planes up to which two registers hold them, what rounding takes on either side, and a neighbour.
 const NARROW: f64 = 2.0 * LANES as f64 - 5.0;
-
-/// Linear radiance of the units in which lines are sampled, by channel: the square of a texel's code, which green
-/// keeps in its place.
-pub const UNITS: [f32; 3] = {
-    let unit = (ROOT_OF_BRIGHTEST / CODE_LIMIT) * (ROOT_OF_BRIGHTEST / CODE_LIMIT);
-    [unit, unit / (GREEN * GREEN), unit]
-};
-
-/// Begin of green in a texel.
-const GREEN: f32 = 1024.0;
 
 /// Sixteen planes, from above.
 #[derive(Debug, Clone, Copy)]

@@ -3,11 +3,11 @@
 use std::sync::atomic::AtomicU32;
 
 use super::facing::Facing;
-use super::page::PostPart;
 use super::posts::PageLight;
 use super::tests::{Holey, bake, codes, rough, sensor};
-use super::window::RING;
 use super::*;
+use crate::sensor::radiance::part::PostPart;
+use crate::sensor::radiance::part::RING;
 use crate::simd::Isa;
 use crate::voxel::{PAGE_SIDE, PageId, PageSource};
 

@@ -6,11 +6,13 @@ use glam::{DVec2, Vec3};
 
 use super::facing::Facing;
 use super::lines::FilterScratch;
-use super::page::{CODE_LIMIT, PostPart, ROOT_OF_BRIGHTEST};
 use super::posts::PageLight;
 use super::*;
+use crate::pixels::UNITS;
+use crate::pixels::{CODE_LIMIT, ROOT_OF_BRIGHTEST};
 use crate::raymarch::PageCursor;
 use crate::sensor::VisualSensor;
+use crate::sensor::radiance::part::PostPart;
 use crate::simd::{Floats, Isa, Kernel, LANES, Simd};
 use crate::sunlight::Sun;
 use crate::voxel::{

@@ -8,16 +8,12 @@
 //!
 //! The page's apron holds all that this needs, so that pages agree where they meet and no other page is touched.
 
+use crate::sensor::radiance::part::LIT;
+use crate::sensor::radiance::part::RING;
 use std::ops::Range;
 
 use super::posts::{PostRows, Posts, VOID};
 use crate::simd::{LANES, Simd};
-
-/// Posts around the page: the apron of images of lines, a texel of four posts.
-pub const RING: usize = 4;
-
-/// Posts around it that are lit: those of the ring, and what voids in it take their light from.
-pub const LIT: usize = RING + 1;
 
 /// Posts of a part of a page and [`LIT`] around it, and what they send.
 #[derive(Debug, Default)]

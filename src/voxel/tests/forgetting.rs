@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::sync::{Arc, Mutex};
 
 use super::*;
-use crate::voxel::store::{FileBytes, PageStore};
+use crate::voxel::{FileBytes, PageStore};
 
 /// What is mapped at once, bytes.
 const MAPPED: usize = 4096;

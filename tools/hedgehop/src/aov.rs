@@ -6,7 +6,8 @@ use std::path::Path;
 
 use clap::{Args, ValueEnum};
 use hedgehop::earth::Curvature;
-use hedgehop::frame::{Frame, MotionStep, Target, motion};
+use hedgehop::encode::Target;
+use hedgehop::frame::{Frame, MotionStep, motion};
 use hedgehop::objects::Body;
 use hedgehop::space::Camera;
 use hedgehop::subimage::Farm;

@@ -1,9 +1,10 @@
 //! Steps from light to a file: exposure, curves, rays per pixel, shutter, lens, instruments.
 
 use glam::DVec3;
+use hedgehop::encode::FrameRate;
 use hedgehop::flight::Trajectory;
+use hedgehop::frame::Picture;
 use hedgehop::frame::hud::{self, MiniMap, Readings};
-use hedgehop::frame::{FrameRate, Picture};
 use hedgehop::render::{Account, Exposure, Moment, Rendered, Renderer};
 use hedgehop::scene::{Dither, Finish, Hud, Scene, Tone};
 use hedgehop::space::{Camera, Pose};

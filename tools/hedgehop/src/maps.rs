@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use hedgehop::frame::atomic::{check_writable, write_bytes};
-use hedgehop::frame::geotiff::GeoTiff;
+use hedgehop::encode::atomic::{check_writable, write_bytes};
+use hedgehop::encode::geotiff::GeoTiff;
 use hedgehop::geo::Crs;
 use hedgehop::progress::Observer;
 use hedgehop::voxel::{Grid, Header};

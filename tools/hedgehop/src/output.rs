@@ -7,12 +7,12 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use hedgehop::colour::srgb8_picture;
-use hedgehop::frame::check::{Existing, existing};
-use hedgehop::frame::sidecar::{
+use hedgehop::encode::check::{Existing, existing};
+use hedgehop::encode::sidecar::{
     DamagedRecord, DatabaseRecord, FlightRecord, FrameRecord, Manifest, settings_digest,
 };
-use hedgehop::frame::y4m::{Chroma, Y4mWriter};
-use hedgehop::frame::{FrameInfo, FramePattern, FrameRate, Written, write_frame, write_picture};
+use hedgehop::encode::y4m::{Chroma, Y4mWriter};
+use hedgehop::encode::{FrameInfo, FramePattern, FrameRate, Written, write_frame, write_picture};
 use hedgehop::geo::{Crs, Transform};
 use hedgehop::progress::Observer;
 use hedgehop::space::Camera;

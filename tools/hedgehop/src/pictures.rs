@@ -4,7 +4,7 @@ use std::cmp::Ordering;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
-use hedgehop::frame::{read_picture, read_regular};
+use hedgehop::encode::{read_picture, read_regular};
 use hedgehop::{Error, Result};
 use image::{ImageFormat, RgbImage};
 

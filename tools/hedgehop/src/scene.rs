@@ -5,10 +5,11 @@ use std::thread;
 use std::time::Duration;
 
 use crossbeam::channel::{RecvTimeoutError, bounded};
-use hedgehop::frame::FrameRate;
+use hedgehop::encode::FrameRate;
 use hedgehop::progress::Observer;
-use hedgehop::scene::{Cast, Clouds, Fog, Scene, Scenery, Weather};
+use hedgehop::scene::{Cast, Scene, Scenery};
 use hedgehop::voxel::PageSource;
+use hedgehop::weather::{Clouds, Fog, Weather};
 use hedgehop::{Error, Result};
 use serde_json::{Value, json};
 

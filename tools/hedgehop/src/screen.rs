@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use hedgehop::frame::read_ray_table;
+use hedgehop::encode::read_ray_table;
 use hedgehop::space::{Attitude, Camera, Pose, Screen};
 use hedgehop::{Error, Result};
 use serde_json::{Value, json};

@@ -10,7 +10,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
 use crossbeam::channel::{Receiver, Sender, bounded};
-use hedgehop::frame::{Frame, FrameRate, Picture};
+use hedgehop::encode::FrameRate;
+use hedgehop::frame::{Frame, Picture};
 use hedgehop::memory::{Paging, ResidentPages};
 use hedgehop::progress::Observer;
 use hedgehop::render::{FlightPlan, LivePlan, Rays, Rendered, Renderer};

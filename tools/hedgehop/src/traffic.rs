@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use glam::DVec2;
-use hedgehop::frame::atomic::{check_writable, write_bytes};
+use hedgehop::encode::atomic::{check_writable, write_bytes};
 use hedgehop::space::Camera;
 use hedgehop::voxel::{Grid, Header, PageId};
 use hedgehop::{Error, Result};

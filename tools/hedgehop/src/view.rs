@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use glam::DVec2;
+use hedgehop::encode::{FrameRate, FrameSet};
 use hedgehop::flight::{Altitude, BindOptions, Fix, Horizontal, Track, Trajectory, read_track};
-use hedgehop::frame::{FrameRate, FrameSet};
 use hedgehop::geo::Crs;
 use hedgehop::progress::{Observer, Silent};
 use hedgehop::render::RenderOptions;

@@ -268,7 +268,7 @@ fn pictures_are_finished_as_the_scene_and_the_flags_say() {
     // What a picture says of its settings holds the scene's digest, too: pixels are compared.
     let pixels = |name: &str| {
         let path = site.path().join(format!("{name}-0004.png"));
-        hedgehop::frame::read_picture(&path).expect("a picture").rgb
+        hedgehop::encode::read_picture(&path).expect("a picture").rgb
     };
     let flags = "--exposure 1 --tone filmic --antialias 2 --shutter 90 --distortion=-0.1,0 --hud";
     render(flags, "flags");

@@ -10,7 +10,6 @@
 
 use glam::Vec3;
 use hedgehop::Result;
-use hedgehop::frame::Atmosphere;
 use hedgehop::raymarch::{GridRay, LevelBands, Marcher};
 use hedgehop::render::RenderOptions;
 use hedgehop::sensor::VisualSensor;
@@ -18,6 +17,7 @@ use hedgehop::sensor::radiance::Radiance;
 use hedgehop::space::Camera;
 use hedgehop::subimage::Farm;
 use hedgehop::voxel::{Grid, PageSource};
+use hedgehop::weather::Atmosphere;
 
 use crate::posts::PostLight;
 use crate::random::pair_of;

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use glam::Vec3;
 use hedgehop::colour::srgb8_picture;
-use hedgehop::frame::atomic::write_bytes;
+use hedgehop::encode::atomic::write_bytes;
 use hedgehop::space::Camera;
 use hedgehop::{Error, Result};
 use image::codecs::png::PngEncoder;

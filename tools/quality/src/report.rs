@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use hedgehop::frame::atomic::write_bytes;
+use hedgehop::encode::atomic::write_bytes;
 use hedgehop::space::Pose;
 use hedgehop::{Error, Result};
 use serde::Serialize;

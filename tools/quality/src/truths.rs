@@ -5,7 +5,7 @@
 
 use std::path::Path;
 
-use hedgehop::frame::atomic::write_bytes;
+use hedgehop::encode::atomic::write_bytes;
 use hedgehop::render::RenderOptions;
 use hedgehop::space::Camera;
 use hedgehop::subimage::Farm;

@@ -3,7 +3,6 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::ops::Range;
 
-use super::MARGIN;
 use crate::simd::{Floats, Ints, LANES, Simd};
 
 /// Least elevation of the second annulus above or below the horizon, and of the third, degrees. From there on each
@@ -156,3 +155,6 @@ impl Annulus {
         base + (plane & simd.splat_int(LANES as i32 - 1))
     }
 }
+
+/// Rows and planes around a cone that interpolation and rounding may touch.
+const MARGIN: f64 = 2.5;

@@ -21,6 +21,7 @@
 mod annulus;
 mod directions;
 
+use crate::raymarch::scan::upright::MARGIN;
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::ops::Range;
 use std::sync::Arc;
@@ -32,7 +33,6 @@ use directions::DirectionCell;
 pub use directions::Directions;
 
 use super::PlaneGroup;
-use super::shape::MOST_WORDS;
 use crate::simd::math::atan2;
 use crate::simd::{Floats, LANES, Simd, Sixteen};
 use crate::space::{Camera, Screen};
@@ -55,9 +55,6 @@ const BESIDE_STEP: f64 = 0.002;
 /// Share of a step by which the outermost rows keep from nadir and zenith, whose tangent is infinite: light is counted
 /// in tangents, and where they are large, single precision is short of digits.
 const OFF_POLE: f64 = 0.25;
-
-/// Rows and planes around a cone that interpolation and rounding may touch.
-const MARGIN: f64 = 2.5;
 
 /// Pixels of a screen at most: the table of their directions takes twelve bytes for each.
 const MOST_PIXELS: usize = MOST_WORDS / 4;
@@ -340,6 +337,9 @@ fn place(annuli: &mut [Annulus]) -> Vec<Needed> {
     }
     needed
 }
+
+/// Most words of a plane image, 1 GiB: more, and their indices would be too long for a gather.
+pub const MOST_WORDS: usize = 1 << 28;
 
 #[cfg(test)]
 mod tests;

@@ -1,8 +1,10 @@
 //! Spans of a voxel, where a plane crosses them.
 
+use super::RowTable;
 use super::column::{Fill, FreeRows, Haze, LinearTerm, PlanePassage};
 use super::horizon::FloatingHorizon;
-use super::{FaceDirection, FacetLight, Metric, RowTable};
+use crate::raymarch::scan::spans::metric::Metric;
+use crate::raymarch::scan::{FaceDirection, FacetLight};
 use crate::simd::{Simd, Sixteen};
 use crate::voxel::{Cut, PageId, Span};
 

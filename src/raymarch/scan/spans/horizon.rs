@@ -1,7 +1,7 @@
 //! The ground's horizon along one plane.
 
 use crate::raymarch::scan::Profile;
-use crate::raymarch::scan::profile::{NO_SLOPE, VisibleSegment};
+use crate::raymarch::scan::{NO_SLOPE, VisibleSegment};
 
 /// Goes along a profile: up to which tangent the ground nearer than some distance hides what is behind.
 pub(super) struct FloatingHorizon<'p> {

@@ -23,45 +23,29 @@
 mod column;
 mod crossing;
 mod horizon;
+mod metric;
 mod voxels;
 mod walk;
 
 #[cfg(test)]
 mod tests;
 
+use self::metric::LEAST_DISTANCE;
+use crate::raymarch::scan::spans::metric::Metric;
 use glam::DVec3;
 
 use self::column::FreeRows;
 pub use self::column::SpanCoverage;
 use self::crossing::VoxelCrossing;
 use self::horizon::FloatingHorizon;
+pub use self::metric::{FaceDirection, FacetLight};
 use self::voxels::{Passed, PlaneCourse, VoxelVeil};
 use self::walk::{VoxelStep, Walk};
 use super::{MarchField, PlaneGroup, Profile, RowTable};
 use crate::raymarch::blocks::{Blocks, corner_on_page};
 use crate::simd::{Isa, Kernel, LANES, Simd, Sixteen};
-use crate::voxel::{BLOCK_SIDE, Cut, Grid, HeightCode, PageId, PageSource, Span, SpanBlock, SpansView};
+use crate::voxel::{BLOCK_SIDE, Cut, Grid, PageId, PageSource, Span, SpanBlock, SpansView};
 use hedgehop_base::error::Result;
-
-/// Least major distance of what is seen, units: tangents stay finite.
-const LEAST_DISTANCE: f64 = 1.0e-6;
-
-/// Orientation of a face.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum FaceDirection {
-    /// A wall that looks in a direction, 256ths of a turn counter-clockwise from east.
-    Side(u8),
-    /// An upper end of some slope, as [`Span::slope`].
-    Top([i8; 2]),
-    /// A lower end.
-    Bottom,
-}
-
-/// Finds the light of faces.
-pub trait FacetLight {
-    /// Radiance of a face of a span in a voxel (x, y of the page of bare ground), linear Rec. 709.
-    fn light(&mut self, page: PageId, voxel: [u32; 2], span: &Span, facet: FaceDirection) -> [f32; 3];
-}
 
 /// The planes to follow, and what is known of them.
 #[derive(Clone, Copy)]
@@ -96,19 +80,6 @@ pub struct SpanMarch<'a> {
     centres: Vec<Sixteen>,
     /// One for each plane of a group.
     columns: Box<[FreeRows; LANES]>,
-}
-
-/// Metric values of the spans' steps.
-#[derive(Debug, Clone)]
-struct Metric {
-    code: HeightCode,
-    /// A step of height, and the side of a voxel.
-    scale: f32,
-    spacing: f32,
-    /// Unit vectors (east, north) of directions in 256ths of a turn.
-    directions: [[f32; 2]; 256],
-    /// Logarithms (of 2) of the share of light that comes through a voxel's side, by opacity of spans.
-    clearness: [f32; Span::OPAQUE as usize + 1],
 }
 
 /// One plane on its way.

@@ -15,7 +15,7 @@
 use crate::simd::{Floats, Ints, LANES, Mask, Simd, Sixteen};
 use crate::voxel::BLOCK_SIDE;
 
-use super::LEAST_DISTANCE;
+use crate::raymarch::scan::spans::metric::LEAST_DISTANCE;
 
 const SIDE: f64 = BLOCK_SIDE as f64;
 const VOXELS: usize = (BLOCK_SIDE * BLOCK_SIDE) as usize;

@@ -17,8 +17,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use hedgehop::frame::atomic::{check_writable, write_bytes};
-use hedgehop::frame::{FrameInfo, FrameRate, FrameSet, Picture, encode_picture};
+use hedgehop::encode::atomic::{check_writable, write_bytes};
+use hedgehop::encode::{FrameInfo, FrameRate, FrameSet, encode_picture};
+use hedgehop::frame::Picture;
 use hedgehop::memory::{PageFile, ResidentPages};
 use hedgehop::progress::Observer;
 use hedgehop::render::{Engine, FlightPlan, RenderOptions, Renderer, StageTimes};

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use hedgehop::Error;
-use hedgehop::frame::atomic::{check_writable, write_bytes};
+use hedgehop::encode::atomic::{check_writable, write_bytes};
 use hedgehop::progress::Observer;
 
 use crate::args::{check_no_input, expanded};

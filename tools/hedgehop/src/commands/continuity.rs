@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use hedgehop::frame::atomic::{check_writable, write_bytes};
+use hedgehop::encode::atomic::{check_writable, write_bytes};
 use hedgehop::memory::PageFile;
 use hedgehop::voxel::PageSource;
 use hedgehop::{Error, Result};

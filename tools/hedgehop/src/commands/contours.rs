@@ -3,8 +3,8 @@
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use hedgehop::frame::atomic::{write_bytes, write_with};
-use hedgehop::frame::geotiff::{TILE, write_full_geotiff};
+use hedgehop::encode::atomic::{write_bytes, write_with};
+use hedgehop::encode::geotiff::{TILE, write_full_geotiff};
 use hedgehop::memory::PageFile;
 use hedgehop::progress::Observer;
 use hedgehop::sunlight::Sun;

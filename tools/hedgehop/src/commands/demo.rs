@@ -3,9 +3,9 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use hedgehop::frame::FramePattern;
-use hedgehop::frame::atomic::write_bytes;
-use hedgehop::frame::video::check_video;
+use hedgehop::encode::FramePattern;
+use hedgehop::encode::atomic::write_bytes;
+use hedgehop::encode::video::check_video;
 use hedgehop::memory::PageFile;
 use hedgehop::progress::Observer;
 use hedgehop::{Error, Result};

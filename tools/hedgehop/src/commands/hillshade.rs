@@ -4,8 +4,8 @@ use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
 
 use hedgehop::colour::{linear_of_codes, srgb8_from_linear};
-use hedgehop::frame::atomic::write_with;
-use hedgehop::frame::geotiff::{NO_DATA, TILE, write_geotiff};
+use hedgehop::encode::atomic::write_with;
+use hedgehop::encode::geotiff::{NO_DATA, TILE, write_geotiff};
 use hedgehop::memory::PageFile;
 use hedgehop::progress::Observer;
 use hedgehop::sunlight::SunSetting;

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Command;
 use clap_complete::Shell;
-use hedgehop::frame::atomic::write_bytes;
+use hedgehop::encode::atomic::write_bytes;
 use hedgehop::{Error, Result};
 
 use crate::exit::{self, Outcome};

@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec2;
 use hedgehop::colour::srgb8_picture;
+use hedgehop::encode::atomic::{check_writable, write_bytes};
 use hedgehop::flight::Trajectory;
 use hedgehop::frame::Frame;
-use hedgehop::frame::atomic::{check_writable, write_bytes};
 use hedgehop::memory::PageFile;
 use hedgehop::progress::Observer;
 use hedgehop::render::{Engine, RenderOptions, Renderer, render_frame};

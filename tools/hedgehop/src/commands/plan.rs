@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use hedgehop::frame::{FrameRate, FrameSet};
+use hedgehop::encode::{FrameRate, FrameSet};
 use hedgehop::memory::{LOOKAHEAD, PageFile, PagePlan};
 use hedgehop::render::{Engine, FlightPlan, RenderOptions, Renderer};
 use hedgehop::space::Camera;

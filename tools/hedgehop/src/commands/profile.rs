@@ -4,8 +4,8 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use glam::DVec2;
+use hedgehop::encode::atomic::write_bytes;
 use hedgehop::flight::{BindOptions, Trajectory, read_track};
-use hedgehop::frame::atomic::write_bytes;
 use hedgehop::memory::PageFile;
 use hedgehop::voxel::{Header, PageSource};
 use hedgehop::{Error, Result};

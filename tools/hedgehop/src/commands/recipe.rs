@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::Subcommand;
 use hedgehop::Error;
-use hedgehop::frame::atomic::write_new_bytes;
+use hedgehop::encode::atomic::write_new_bytes;
 use hedgehop_modeling::is_own_work;
 use hedgehop_modeling::recipe::{Mistake, Recipe, TEMPLATE, in_keys};
 

@@ -7,10 +7,10 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use hedgehop::frame::atomic::write_with;
-use hedgehop::frame::sidecar;
-use hedgehop::frame::video::{check_video, encode_video};
-use hedgehop::frame::{FramePattern, FrameRate, FrameSet, Target};
+use hedgehop::encode::atomic::write_with;
+use hedgehop::encode::sidecar;
+use hedgehop::encode::video::{check_video, encode_video};
+use hedgehop::encode::{FramePattern, FrameRate, FrameSet, Target};
 use hedgehop::memory::{PageFile, Paging, ResidentPages};
 use hedgehop::progress::Observer;
 use hedgehop::render::{RenderOptions, Renderer};

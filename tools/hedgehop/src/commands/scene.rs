@@ -6,9 +6,10 @@ use std::path::PathBuf;
 use clap::Subcommand;
 use hedgehop::memory::PageFile;
 use hedgehop::objects::{Form, Shape};
-use hedgehop::scene::{Anchor, GroundCover, LampLayout, Object, Part, PlumeKind, PrecipitationKind, Scene};
+use hedgehop::scene::{Anchor, LampLayout, Object, Part, PlumeKind, Scene};
 use hedgehop::sunlight::{Sun, SunSetting};
 use hedgehop::voxel::PageSource;
+use hedgehop::weather::{GroundCover, PrecipitationKind};
 
 use crate::area;
 use crate::exit::{self, Outcome};

@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use hedgehop::Error;
-use hedgehop::frame::atomic::{check_writable, write_bytes};
+use hedgehop::encode::atomic::{check_writable, write_bytes};
 use hedgehop::progress::Observer;
 use hedgehop::sunlight::SunSetting;
 use hedgehop_modeling::features::LayerOptions;

@@ -6,8 +6,8 @@
 use std::path::Path;
 
 use hedgehop::Result;
+use hedgehop::encode::atomic::write_bytes;
 use hedgehop::frame::Frame;
-use hedgehop::frame::atomic::write_bytes;
 
 /// Writes the ranges of frame `number` into `folder`, which is made if need be.
 pub(super) fn dump(folder: &Path, number: u64, frame: &Frame) -> Result<()> {

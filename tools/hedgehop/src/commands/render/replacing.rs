@@ -11,8 +11,8 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use hedgehop::frame::check::Existing;
-use hedgehop::frame::sidecar::{FrameRecord, Manifest};
+use hedgehop::encode::check::Existing;
+use hedgehop::encode::sidecar::{FrameRecord, Manifest};
 use hedgehop::progress::Observer;
 use hedgehop::space::Camera;
 use hedgehop::{Error, Result};

@@ -6,8 +6,8 @@ use std::sync::Mutex;
 use std::sync::PoisonError;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use hedgehop::frame::check::digest_of_whole;
-use hedgehop::frame::sidecar::{FrameRecord, Manifest};
+use hedgehop::encode::check::digest_of_whole;
+use hedgehop::encode::sidecar::{FrameRecord, Manifest};
 use hedgehop::progress::Observer;
 use hedgehop::{Error, Result};
 use serde_json::{Value, json};

@@ -1,0 +1,40 @@
+//! Encoders: frames and pictures to files, and what made them beside.
+//!
+//! ```text
+//! 8-bit sRGB ─┬─▶ png   one file per frame, text chunks say what made it
+//!             ├─▶ y4m   one stream of frames, BT.709, limited range
+//!             └─▶ video an installed ffmpeg, from the finished frames
+//! Frame ────────▶ exr   linear colour, Z, range, normals, level, id
+//! ```
+//!
+//! [`pattern`] names the files, [`frames`] says which of them are wanted, [`check`] whether one that
+//! exists is whole, [`read_ray_table`] reads screens from EXR, [`sidecar`] writes what made them beside them, [`atomic`] sees to it that no half
+//! file is ever seen under its final name. `docs/output.md` describes all of it to users.
+
+pub mod atomic;
+pub mod check;
+mod cryptomatte;
+mod exr;
+pub mod frames;
+pub mod geotiff;
+mod info;
+pub mod pattern;
+mod png;
+pub mod rate;
+mod ray_table;
+mod refusal;
+pub mod sidecar;
+#[cfg(test)]
+mod testing;
+pub mod video;
+mod write;
+pub mod y4m;
+
+pub use frames::FrameSet;
+pub use info::FrameInfo;
+pub use pattern::{FramePattern, Target};
+pub use rate::FrameRate;
+pub use ray_table::{read_ray_table, write_ray_table};
+pub use write::{
+    Written, encode_frame, encode_picture, read_picture, read_regular, write_frame, write_picture,
+};

@@ -1,0 +1,276 @@
+//! YUV4MPEG2: uncompressed video for a pipe, `hedgehop render … -o - | ffmpeg -i - out.mp4`.
+//!
+//! Y′CbCr by ITU-R BT.709-6, 3.2–3.4, limited range (Y′ 16–235, C 16–240), from the sRGB-coded values as
+//! they are. With K = 2126 R + 7152 G + 722 B over the 8-bit codes:
+//!
+//! ```text
+//! Y  =  16 + 219 K / (255 · 10000)
+//! Cb = 128 + 224 (10000 B − K) / (255 · 2 · 9278)
+//! Cr = 128 + 224 (10000 R − K) / (255 · 2 · 7874)
+//! ```
+//!
+//! All of it in integers, rounded to nearest once, hence the same on every machine. At 4:2:0 a chroma
+//! sample is the mean of its 2×2 pixels (`C420jpeg`, sited in the middle), of fewer at an odd edge.
+//! The format cannot say which matrix was used; it is tagged `XCOLORRANGE=LIMITED`.
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use crate::encode::FrameRate;
+use crate::frame::Picture;
+use hedgehop_base::error::{Error, Result};
+
+/// Number of pixels that share a chroma sample.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Chroma {
+    /// 4:2:0, what players decode.
+    #[default]
+    Shared,
+    /// 4:4:4, one per pixel.
+    Full,
+}
+
+/// Writes frames of one size to a stream.
+pub struct Y4mWriter<W: Write> {
+    encoder: y4m::Encoder<W>,
+    width: usize,
+    height: usize,
+    chroma: Chroma,
+    planes: [Vec<u8>; 3],
+}
+
+impl<W: Write> std::fmt::Debug for Y4mWriter<W> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Y4mWriter({}×{}, {:?})", self.width, self.height, self.chroma)
+    }
+}
+
+impl<W: Write> Y4mWriter<W> {
+    /// Writes the stream's header. `width` and `height` ≥ 1, in pixels.
+    pub fn new(writer: W, size: (u32, u32), rate: FrameRate, chroma: Chroma) -> io::Result<Self> {
+        let (width, height) = (size.0 as usize, size.1 as usize);
+        if width == 0 || height == 0 || width.checked_mul(height).is_none_or(|pixels| pixels > usize::MAX / 4)
+        {
+            let what = format!("a picture of {width}×{height} pixels");
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, what));
+        }
+        let colorspace = match chroma {
+            Chroma::Shared => y4m::Colorspace::C420jpeg,
+            Chroma::Full => y4m::Colorspace::C444,
+        };
+        let ratio = y4m::Ratio::new(rate.numerator() as usize, rate.denominator() as usize);
+        let range = y4m::VendorExtensionString::new(b"COLORRANGE=LIMITED".to_vec()).map_err(plain)?;
+        let encoder = y4m::encode(width, height, ratio)
+            .with_colorspace(colorspace)
+            .append_vendor_extension(range)
+            .write_header(writer)
+            .map_err(plain)?;
+        Ok(Self { encoder, width, height, chroma, planes: Default::default() })
+    }
+
+    /// Writes one frame, `r g b r g b …` in sRGB, `[height][width]`.
+    pub fn write(&mut self, rgb: &[u8]) -> io::Result<()> {
+        if rgb.len() != self.width * self.height * 3 {
+            let what = format!("{} bytes are no frame of {}×{} pixels", rgb.len(), self.width, self.height);
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, what));
+        }
+
+        let (pixels, _) = rgb.as_chunks::<3>();
+        let [luma, blue, red] = &mut self.planes;
+        luma.clear();
+        luma.extend(pixels.iter().map(|&pixel| luma_code(pixel)));
+        blue.clear();
+        red.clear();
+
+        match self.chroma {
+            Chroma::Full => {
+                for &pixel in pixels {
+                    let [cb, cr] = chroma_codes(pixel.map(i64::from), 1);
+                    blue.push(cb);
+                    red.push(cr);
+                }
+            }
+            Chroma::Shared => {
+                for rows in pixels.chunks(self.width * 2) {
+                    shared_chroma(rows, self.width, blue, red);
+                }
+            }
+        }
+
+        self.encoder.write_frame(&y4m::Frame::new([luma, blue, red], None)).map_err(plain)
+    }
+
+    /// Writes one picture; its size must be that of the stream.
+    pub fn write_picture(&mut self, path: &Path, picture: &Picture) -> Result<()> {
+        if (picture.width as usize, picture.height as usize) != (self.width, self.height) {
+            let what = format!(
+                "a picture of {}×{} in a stream of {}×{}; render all frames with one --size",
+                picture.width, picture.height, self.width, self.height
+            );
+            return Err(Error::invalid(path, what));
+        }
+        self.write(&picture.rgb).map_err(|source| crate::encode::atomic::write_error(path, source))
+    }
+}
+
+/// Chroma of one or two rows of `width` pixels.
+fn shared_chroma(rows: &[[u8; 3]], width: usize, blue: &mut Vec<u8>, red: &mut Vec<u8>) {
+    let (upper, lower) = rows.split_at(width.min(rows.len()));
+    for column in (0..width).step_by(2) {
+        let end = (column + 2).min(width);
+        let block = upper[column..end].iter().chain(lower.get(column..end).unwrap_or_default());
+        let mut sum = [0_i64; 3];
+        let mut count = 0;
+        for pixel in block {
+            for (total, &code) in sum.iter_mut().zip(pixel) {
+                *total += i64::from(code);
+            }
+            count += 1;
+        }
+        let [cb, cr] = chroma_codes(sum, count);
+        blue.push(cb);
+        red.push(cr);
+    }
+}
+
+fn luma_code(pixel: [u8; 3]) -> u8 {
+    let scaled = 219 * weighted(pixel.map(i64::from));
+    (16 + rounded(scaled, 255 * 10_000)) as u8
+}
+
+/// Cb and Cr of the mean of `count` pixels whose codes add up to `sum`.
+fn chroma_codes(sum: [i64; 3], count: i64) -> [u8; 2] {
+    let luma = weighted(sum);
+    let code = |part: i64, weight: i64| {
+        let scaled = 224 * (10_000 * part - luma);
+        (128 + rounded(scaled, 255 * 2 * (10_000 - weight) * count)) as u8
+    };
+    [code(sum[2], 722), code(sum[0], 2126)]
+}
+
+fn weighted([red, green, blue]: [i64; 3]) -> i64 {
+    2126 * red + 7152 * green + 722 * blue
+}
+
+/// `numerator / denominator` to the nearest integer, halves up; `denominator` > 0.
+fn rounded(numerator: i64, denominator: i64) -> i64 {
+    (2 * numerator + denominator).div_euclid(2 * denominator)
+}
+
+fn plain(error: y4m::Error) -> io::Error {
+    match error {
+        y4m::Error::IoError(source) => source,
+        y4m::Error::EOF => io::Error::from(io::ErrorKind::UnexpectedEof),
+        other => io::Error::other(other.to_string()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::encode::y4m::*;
+
+    fn stream(size: (u32, u32), rate: &str, chroma: Chroma, frames: &[Vec<u8>]) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        let mut writer = Y4mWriter::new(&mut bytes, size, rate.parse().unwrap(), chroma).unwrap();
+        for frame in frames {
+            writer.write(frame).unwrap();
+        }
+        bytes
+    }
+
+    fn planes(bytes: &[u8]) -> Vec<[Vec<u8>; 3]> {
+        let mut decoder = y4m::decode(bytes).unwrap();
+        let mut frames = Vec::new();
+        while let Ok(frame) = decoder.read_frame() {
+            frames.push([frame.get_y_plane(), frame.get_u_plane(), frame.get_v_plane()].map(<[u8]>::to_vec));
+        }
+        frames
+    }
+
+    #[test]
+    fn the_header_says_size_exact_rate_range_and_sampling() {
+        let bytes = stream((3, 2), "23.976", Chroma::Shared, &[]);
+        assert_eq!(
+            String::from_utf8(bytes).unwrap(),
+            "YUV4MPEG2 W3 H2 F24000:1001 XCOLORRANGE=LIMITED C420jpeg\n"
+        );
+    }
+
+    /// The published codes of full and 75 % primaries, EBU/SMPTE colour bars in BT.709.
+    #[test]
+    fn known_colours() {
+        for (pixel, expected) in [
+            ([255, 255, 255], [235, 128, 128]),
+            ([0, 0, 0], [16, 128, 128]),
+            ([255, 0, 0], [63, 102, 240]),
+            ([0, 255, 0], [173, 42, 26]),
+            ([0, 0, 255], [32, 240, 118]),
+            ([255, 255, 0], [219, 16, 138]),
+            ([128, 128, 128], [126, 128, 128]),
+        ] {
+            let [frame] = &planes(&stream((1, 1), "25", Chroma::Full, &[pixel.to_vec()]))[..] else {
+                panic!("one frame");
+            };
+            assert_eq!(frame.concat(), expected, "{pixel:?}");
+        }
+    }
+
+    #[test]
+    fn every_code_is_in_range_and_near_the_real_formula() {
+        for step in 0..17 * 17 * 17 {
+            let pixel = [step % 17, step / 17 % 17, step / 289].map(|part: u32| (part * 15) as u8);
+            let [cb, cr] = chroma_codes(pixel.map(i64::from), 1);
+            for (code, exact) in [luma_code(pixel), cb, cr].into_iter().zip(exact(pixel.map(f64::from))) {
+                assert!((f64::from(code) - exact).abs() <= 0.5 + 1e-9, "{pixel:?}: {code} {exact}");
+                assert!((16..=240).contains(&code));
+            }
+        }
+    }
+
+    /// Y, Cb and Cr by the formulas of BT.709, of codes that may be means.
+    fn exact(codes: [f64; 3]) -> [f64; 3] {
+        let [red, green, blue] = codes.map(|code| code / 255.0);
+        let luma = 0.2126 * red + 0.7152 * green + 0.0722 * blue;
+        [16.0 + 219.0 * luma, 128.0 + 224.0 * (blue - luma) / 1.8556, 128.0 + 224.0 * (red - luma) / 1.5748]
+    }
+
+    #[test]
+    fn odd_sizes_share_what_is_there() {
+        // Red and green, blue and green; below, grey and a red.
+        let frame = vec![255, 0, 0, 0, 255, 0, 0, 0, 255, 0, 255, 0, 9, 9, 9, 200, 9, 9];
+        let both = vec![frame.clone(), frame];
+        let frames = planes(&stream((2, 3), "25", Chroma::Shared, &both));
+        assert_eq!(frames.len(), 2);
+        assert_eq!(frames[0], frames[1]);
+        let [luma, cb, cr] = &frames[0];
+        assert_eq!((luma.len(), cb.len(), cr.len()), (6, 2, 2));
+        for (block, mean) in [(0, [63.75, 127.5, 63.75]), (1, [104.5, 9.0, 9.0])] {
+            let [_, exact_cb, exact_cr] = exact(mean);
+            assert!((f64::from(cb[block]) - exact_cb).abs() <= 0.5, "{} {exact_cb}", cb[block]);
+            assert!((f64::from(cr[block]) - exact_cr).abs() <= 0.5, "{} {exact_cr}", cr[block]);
+        }
+        let narrow = planes(&stream((1, 1), "25", Chroma::Shared, &[vec![255, 0, 0]]));
+        assert_eq!(narrow[0].concat(), [63, 102, 240]);
+    }
+
+    #[test]
+    fn frames_of_another_size_and_full_disks_are_errors() {
+        let mut bytes = Vec::new();
+        let rate = "25".parse().unwrap();
+        let mut writer = Y4mWriter::new(&mut bytes, (4, 4), rate, Chroma::Full).unwrap();
+        assert!(writer.write(&[0; 47]).is_err());
+        assert!(Y4mWriter::new(Vec::new(), (0, 4), rate, Chroma::Full).is_err());
+        let path = Path::new("0001.png");
+        let other = Picture { width: 2, height: 8, rgb: vec![0; 48] };
+        assert!(writer.write_picture(path, &other).unwrap_err().to_string().contains("--size"));
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_full_disk_is_one_sentence() {
+        let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+        let error = Y4mWriter::new(full, (4, 4), "25".parse().unwrap(), Chroma::Full).unwrap_err();
+        let message = crate::encode::atomic::write_error(Path::new("flight.y4m"), error).to_string();
+        assert!(message.contains("flight.y4m") && message.contains("free some space"), "{message}");
+    }
+}

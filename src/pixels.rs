@@ -1,0 +1,130 @@
+//! Light of pixels: linear, or 8-bit codes.
+
+use std::ops::Range;
+
+use glam::Vec3;
+
+use crate::simd::math::srgb8;
+use crate::simd::{Floats, Ints, LANES, Simd, Sixteen};
+use hedgehop_base::colour::{linear_from_srgb8, linear_of_codes, srgb8_from_light};
+
+/// Bytes of an 8-bit pixel.
+pub(crate) const RGB: usize = 3;
+
+/// Pixels, by the form in which they hold light.
+pub enum Pixels<'b> {
+    /// 8-bit sRGB, `[rows][width][3]`.
+    Srgb8(&'b mut [u8]),
+    /// Linear Rec. 709 radiance, `[rows][width]`.
+    Linear(&'b mut [[f32; 3]]),
+}
+
+impl Pixels<'_> {
+    /// Light of one, counted from the first.
+    pub fn light(&self, pixel: usize) -> Vec3 {
+        match self {
+            Self::Srgb8(bytes) => linear_from_srgb8(bytes.as_chunks::<RGB>().0[pixel]).into(),
+            Self::Linear(colour) => colour[pixel].into(),
+        }
+    }
+
+    /// Has one show other light.
+    pub fn put(&mut self, pixel: usize, light: Vec3) {
+        match self {
+            Self::Srgb8(bytes) => {
+                bytes.as_chunks_mut::<RGB>().0[pixel] = srgb8_from_light(light.to_array());
+            }
+            Self::Linear(colour) => colour[pixel] = light.to_array(),
+        }
+    }
+
+    /// Counts the pixels.
+    pub fn count(&self) -> usize {
+        match self {
+            Self::Srgb8(bytes) => bytes.len() / RGB,
+            Self::Linear(colour) => colour.len(),
+        }
+    }
+
+    /// Light of up to [`LANES`] that follow each other, by channel; lanes beyond them are of no particular value.
+    #[inline(always)]
+    pub fn load<V: Simd>(&self, simd: V, pixels: Range<usize>) -> [V::F; 3] {
+        match self {
+            Self::Srgb8(bytes) => {
+                let mut all = [0; RGB * LANES];
+                let own = &bytes[pixels.start * RGB..pixels.end * RGB];
+                all[..own.len()].copy_from_slice(own);
+                let (codes, byte) = (simd.load_triples(&all), simd.splat_int(255));
+                let table = linear_of_codes();
+                [
+                    simd.gather(table, codes & byte),
+                    simd.gather(table, codes.shr::<8>() & byte),
+                    simd.gather(table, codes.shr::<16>() & byte),
+                ]
+            }
+            Self::Linear(colour) => {
+                let mut parts = [[0.0; LANES]; 3];
+                for (lane, pixel) in colour[pixels].iter().enumerate() {
+                    for (part, value) in parts.iter_mut().zip(pixel) {
+                        part[lane] = *value;
+                    }
+                }
+                [simd.load(&parts[0]), simd.load(&parts[1]), simd.load(&parts[2])]
+            }
+        }
+    }
+
+    /// Has up to [`LANES`] that follow each other show other light.
+    #[inline(always)]
+    pub fn store<V: Simd>(&mut self, simd: V, pixels: Range<usize>, light: [V::F; 3]) {
+        match self {
+            Self::Srgb8(bytes) => {
+                put_rgb(simd, light, [1.0; 3], &mut bytes[pixels.start * RGB..pixels.end * RGB])
+            }
+            Self::Linear(colour) => put_light(simd, light, [1.0; 3], &mut colour[pixels]),
+        }
+    }
+}
+
+/// Writes light of up to sixteen pixels as 8-bit sRGB.
+#[inline(always)]
+pub(crate) fn put_rgb<V: Simd>(simd: V, [red, green, blue]: [V::F; 3], units: [f32; 3], target: &mut [u8]) {
+    let (red, green) = (srgb8(simd, red, 1.0 / units[0]), srgb8(simd, green, 1.0 / units[1]));
+    let packed = red | green.shl::<8>() | srgb8(simd, blue, 1.0 / units[2]).shl::<16>();
+    match target.first_chunk_mut() {
+        Some(all) => simd.store_triples(packed, all),
+        None => {
+            let mut all = [0; RGB * LANES];
+            simd.store_triples(packed, &mut all);
+            target.copy_from_slice(&all[..target.len()]);
+        }
+    }
+}
+
+/// Writes light of up to sixteen pixels as it is.
+#[inline(always)]
+pub(crate) fn put_light<V: Simd>(simd: V, light: [V::F; 3], units: [f32; 3], target: &mut [[f32; 3]]) {
+    let mut lanes = [Sixteen::default(); 3];
+    for ((lanes, light), unit) in lanes.iter_mut().zip(light).zip(units) {
+        (light * simd.splat(unit)).store(&mut lanes.0);
+    }
+    for (lane, pixel) in target.iter_mut().enumerate() {
+        *pixel = [lanes[0].0[lane], lanes[1].0[lane], lanes[2].0[lane]];
+    }
+}
+
+/// Linear radiance of the units in which lines are sampled, by channel: the square of a texel's code, which green
+/// keeps in its place.
+pub const UNITS: [f32; 3] = {
+    let unit = (ROOT_OF_BRIGHTEST / CODE_LIMIT) * (ROOT_OF_BRIGHTEST / CODE_LIMIT);
+    [unit, unit / (GREEN * GREEN), unit]
+};
+
+/// Begin of green in a texel.
+const GREEN: f32 = 1024.0;
+
+/// Root of the radiance of the greatest code.
+pub const ROOT_OF_BRIGHTEST: f32 = 1.5;
+
+/// Greatest code of a channel.
+pub const CODE_LIMIT: f32 = 1023.0;

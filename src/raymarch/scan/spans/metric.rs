@@ -1,0 +1,36 @@
+//! Metric values of the spans' steps, and the faces of spans.
+
+use crate::voxel::{HeightCode, PageId, Span};
+
+/// Least major distance of what is seen, units: tangents stay finite.
+pub(super) const LEAST_DISTANCE: f64 = 1.0e-6;
+
+/// Orientation of a face.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FaceDirection {
+    /// A wall that looks in a direction, 256ths of a turn counter-clockwise from east.
+    Side(u8),
+    /// An upper end of some slope, as [`Span::slope`].
+    Top([i8; 2]),
+    /// A lower end.
+    Bottom,
+}
+
+/// Finds the light of faces.
+pub trait FacetLight {
+    /// Radiance of a face of a span in a voxel (x, y of the page of bare ground), linear Rec. 709.
+    fn light(&mut self, page: PageId, voxel: [u32; 2], span: &Span, facet: FaceDirection) -> [f32; 3];
+}
+
+/// Metric values of the spans' steps.
+#[derive(Debug, Clone)]
+pub(super) struct Metric {
+    pub(super) code: HeightCode,
+    /// A step of height, and the side of a voxel.
+    pub(super) scale: f32,
+    pub(super) spacing: f32,
+    /// Unit vectors (east, north) of directions in 256ths of a turn.
+    pub(super) directions: [[f32; 2]; 256],
+    /// Logarithms (of 2) of the share of light that comes through a voxel's side, by opacity of spans.
+    pub(super) clearness: [f32; Span::OPAQUE as usize + 1],
+}

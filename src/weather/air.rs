@@ -1,0 +1,378 @@
+//! Haze and sky of sixteen pixels: the twin of [`Atmosphere`]'s closed forms.
+
+use crate::pixels::UNITS;
+use crate::raymarch::scan::PlaneGroup;
+use crate::simd::math::exp_neg;
+use crate::simd::{Floats, Simd, Sixteen};
+use crate::weather::Atmosphere;
+use crate::weather::atmosphere::{HORIZON, SCALE_HEIGHT, SKY_DEPTH, SKY_ONSET, ZENITH};
+use crate::weather::fog::{FogLayer, GAUSS, LEVEL as FOG_LEVEL};
+use crate::weather::glow::{Glow, PHASE};
+
+/// Terms of the polynomial for haze, and rises in scale heights up to which it serves: exact to 10⁻⁴ over three of them.
+const TERMS: usize = 6;
+const WIDEST: f64 = 3.0;
+
+/// Rise, scale heights, below which the mean is nearly linear.
+const LEVEL: f32 = 0.02;
+
+/// The air around an eye.
+#[derive(Debug, Clone, Copy)]
+pub struct Air {
+    /// Haze beyond a clear day's, above the eye, times scale height: its optical depth to the zenith.
+    excess: f32,
+    /// Height of the eye above the haze's base, scale heights; haze is as thick as there below it.
+    start: f32,
+    /// Extinction where haze is thickest, 1/metres, and the share of it at the eye.
+    extinction: f32,
+    density: f32,
+    /// Polynomial of mean extinction on the way up or down to what is to be seen, 1/metres, from the highest power of
+    /// the rise down, which counts from `middle` in scale heights; `None`: rises are too different for one.
+    series: Option<[f32; TERMS]>,
+    middle: f32,
+    /// Contents of the air besides haze; most air has nothing.
+    weather: Option<AirWeather>,
+}
+
+/// Contents of the air besides haze.
+#[derive(Debug, Clone, Copy)]
+struct AirWeather {
+    glow: Option<Glow>,
+    /// Cosine of each lane's azimuth from that of the sun, times that of the sun's elevation.
+    sunward: Sixteen,
+    fog: Option<EyeFog>,
+}
+
+/// Fog about an eye.
+#[derive(Debug, Clone, Copy)]
+struct EyeFog {
+    layer: FogLayer,
+    /// Depth of the eye below all that is clear, metres, and the fog above it, metres of full density.
+    below: f32,
+    column: f32,
+    /// But for its glow.
+    colour: [f32; 3],
+}
+
+/// Depth below the top of fog, in depths of its upper edge, from which on nothing is seen of what is farther down, and the largest step in it.
+const EDGE_DEPTH: f32 = 2.0;
+const EDGE_STEP: f32 = 0.125;
+
+/// Least |sine| of an elevation by which is divided.
+const LEAST_SINE: f32 = 1.0e-6;
+
+impl Air {
+    /// Seen from height `eye` ground that is not higher than `ceiling`, metres above the datum.
+    pub fn new(atmosphere: &Atmosphere, eye: f64, ceiling: f64) -> Self {
+        let start = atmosphere.scale_heights(eye);
+        let density = (-start).exp();
+        let extinction = atmosphere.extinction();
+        let low = -f64::from(start);
+        let width = (ceiling - eye).max(1.0) / f64::from(SCALE_HEIGHT) - low;
+        let middle = low + 0.5 * width;
+        let mean = |rise: f64| if rise.abs() < 1.0e-6 { 1.0 } else { -(-rise).exp_m1() / rise };
+        let at_eye = f64::from(extinction * density);
+        let series = (width <= WIDEST)
+            .then(|| polynomial(middle, 0.5 * width, mean).map(|term| (term * at_eye) as f32));
+        let excess = atmosphere.excess() * SCALE_HEIGHT * density;
+
+        let fog = atmosphere.fog().map(|layer| EyeFog {
+            layer: *layer,
+            below: layer.below(eye),
+            column: layer.column(layer.below(eye)),
+            colour: atmosphere.fog_colour(layer, eye).to_array(),
+        });
+        let glow = atmosphere.glow().copied();
+        let has_weather = fog.is_some() || glow.is_some();
+        let weather = has_weather.then_some(AirWeather { glow, sunward: Sixteen::default(), fog });
+
+        Self { excess, start, extinction, density, series, middle: middle as f32, weather }
+    }
+
+    /// Whether anything is in the air besides haze: kernels have a loop of their own for it, so that clear air stays as fast as it is.
+    pub fn has_weather(&self) -> bool {
+        self.weather.is_some()
+    }
+
+    /// Heights above the eye between which a veil changes so fast with them that light between two of them is not linear, and how far apart they may be at most,
+    /// metres; `None`: nowhere.
+    pub fn edge(&self) -> Option<([f32; 2], f32)> {
+        let fog = self.weather?.fog?;
+        let soft = fog.layer.soft;
+        Some(([fog.below - EDGE_DEPTH * soft, fog.below], EDGE_STEP * soft))
+    }
+
+    /// Turns to where a group of planes looks, which only a glow needs to know.
+    pub fn face(&mut self, group: &PlaneGroup) {
+        if let Some(AirWeather { glow: Some(glow), sunward, .. }) = &mut self.weather {
+            let sun = [glow.to_sun.x, glow.to_sun.y];
+            for (sunward, minor) in sunward.0.iter_mut().zip(group.minor) {
+                let ahead = group.forward as f32;
+                let along = ahead * sun[group.major] + minor * sun[1 - group.major];
+                *sunward = along / minor.hypot(ahead);
+            }
+        }
+    }
+
+    /// Turns each lane to a direction of which the parts eastward and northward are given, and need not be of unit length.
+    #[inline(always)]
+    pub fn turn<V: Simd>(&mut self, simd: V, [east, north]: [V::F; 2]) {
+        if let Some(AirWeather { glow: Some(glow), sunward, .. }) = &mut self.weather {
+            let least = simd.splat(1.0e-12);
+            let along = east * simd.splat(glow.to_sun.x) + north * simd.splat(glow.to_sun.y);
+            (along * (east * east + north * north + least).rsqrt()).store(&mut sunward.0);
+        }
+    }
+
+    /// Share of light that haze lets through from `range` metres away and `rise` metres above the eye.
+    #[inline(always)]
+    fn through<V: Simd>(&self, simd: V, range: V::F, rise: V::F) -> V::F {
+        exp_neg(simd, self.depth(simd, range, rise))
+    }
+
+    /// Optical depth of haze, ≥ 0.
+    #[inline(always)]
+    fn depth<V: Simd>(&self, simd: V, range: V::F, rise: V::F) -> V::F {
+        let rise = (rise * simd.splat(1.0 / SCALE_HEIGHT)).max(simd.splat(-self.start));
+        let mean = if let Some(series) = &self.series {
+            let rise = rise - simd.splat(self.middle);
+            let mut mean = simd.splat(series[0]);
+            for term in &series[1..] {
+                mean = mean.mul_add(rise, simd.splat(*term));
+            }
+            mean
+        } else {
+            // (e^−start − e^−(start + rise)) / rise, which loses its digits for small rises: for them the first two terms.
+            let density = simd.splat(self.density);
+            let end = exp_neg(simd, rise + simd.splat(self.start));
+            let level = rise.abs().lt(simd.splat(LEVEL));
+            let first = rise.neg_mul_add(simd.splat(0.5), simd.splat(1.0)) * density;
+            first.select(level, (density - end) * rise.recip()) * simd.splat(self.extinction)
+        };
+        range * mean
+    }
+
+    /// Radiance that reaches the eye from ground of `radiance`, in [`UNITS`], `range` metres away and `rise` metres above the
+    /// eye along the ray.
+    #[inline(always)]
+    pub fn haze<V: Simd, const WEATHER: bool>(
+        &self,
+        simd: V,
+        radiance: [V::F; 3],
+        range: V::F,
+        rise: V::F,
+    ) -> [V::F; 3] {
+        if WEATHER && let Some(weather) = &self.weather {
+            let mut light = radiance;
+            for (light, unit) in light.iter_mut().zip(UNITS) {
+                *light = *light * simd.splat(unit);
+            }
+            return self.through_weather(simd, weather, light, range, rise);
+        }
+        let through = self.through(simd, range, rise);
+        let mut seen = radiance;
+        for ((seen, horizon), unit) in seen.iter_mut().zip(HORIZON.to_array()).zip(UNITS) {
+            let more = seen.mul_add(simd.splat(unit), simd.splat(-horizon));
+            *seen = more.mul_add(through, simd.splat(horizon));
+        }
+        seen
+    }
+
+    /// The sky's radiance in a direction of which `up` is the sine of the elevation.
+    #[inline(always)]
+    pub fn sky<V: Simd, const WEATHER: bool>(&self, simd: V, up: V::F) -> [V::F; 3] {
+        let toward = up;
+        let up = up.max(simd.splat(LEAST_SINE));
+        let blue = up * up * simd.splat(SKY_DEPTH) * (up + simd.splat(SKY_ONSET)).recip();
+        let mut clear = simd.splat(1.0) - exp_neg(simd, blue);
+        if self.excess > 0.0 {
+            clear = clear * exp_neg(simd, simd.splat(self.excess) * up.recip());
+        }
+        if WEATHER && let Some(weather) = &self.weather {
+            return self.sky_through_weather(simd, weather, clear, toward);
+        }
+        let mut seen = [clear; 3];
+        for (seen, (horizon, zenith)) in
+            seen.iter_mut().zip(HORIZON.to_array().into_iter().zip(ZENITH.to_array()))
+        {
+            *seen = clear.mul_add(simd.splat(zenith - horizon), simd.splat(horizon));
+        }
+        seen
+    }
+}
+
+impl Air {
+    /// Radiance that reaches the eye from what sends `light`, linear Rec. 709, `range` metres away and `rise` metres above the eye.
+    #[inline(always)]
+    pub fn over<V: Simd>(&self, simd: V, light: [V::F; 3], range: V::F, rise: V::F) -> [V::F; 3] {
+        if let Some(weather) = &self.weather {
+            return self.through_weather(simd, weather, light, range, rise);
+        }
+        let mut horizon = light;
+        splat_all(simd, &mut horizon, HORIZON.to_array());
+        mixed::<V>(horizon, light, self.through(simd, range, rise))
+    }
+
+    #[inline(always)]
+    fn through_weather<V: Simd>(
+        &self,
+        simd: V,
+        weather: &AirWeather,
+        light: [V::F; 3],
+        range: V::F,
+        rise: V::F,
+    ) -> [V::F; 3] {
+        let (zero, up) = (simd.splat(0.0), rise * range.recip());
+        let glow = weather.share(simd, up);
+        let horizon = weather.lit(simd, HORIZON.to_array(), glow);
+        let Some(fog) = &weather.fog else {
+            return mixed::<V>(horizon, light, self.through(simd, range, rise));
+        };
+
+        let colour = weather.lit(simd, fog.colour, glow);
+        let veil = exp_neg(simd, fog.depth(simd, range, rise).max(zero));
+        if fog.below >= 0.0 {
+            let behind = mixed::<V>(horizon, light, self.through(simd, range, rise));
+            return mixed::<V>(colour, behind, veil);
+        }
+
+        let whole = self.depth(simd, range, rise);
+        // Clear air ends where a ray that sinks enters the fog.
+        let sinks = up.lt(simd.splat(-LEAST_SINE));
+        let reach = simd.splat(fog.below) * up.min(simd.splat(-LEAST_SINE)).recip();
+        let clear = reach.min(range).select(sinks, range);
+        let before = self.depth(simd, clear, clear * up).min(whole);
+        let behind = mixed::<V>(horizon, light, exp_neg(simd, whole - before));
+
+        mixed::<V>(horizon, mixed::<V>(colour, behind, veil), exp_neg(simd, before))
+    }
+
+    /// `clear` is the share of the zenith's blue.
+    #[inline(always)]
+    fn sky_through_weather<V: Simd>(
+        &self,
+        simd: V,
+        weather: &AirWeather,
+        clear: V::F,
+        up: V::F,
+    ) -> [V::F; 3] {
+        let glow = weather.share(simd, up);
+        let horizon = weather.lit(simd, HORIZON.to_array(), glow);
+        let mut zenith = horizon;
+        splat_all(simd, &mut zenith, ZENITH.to_array());
+        let sky = mixed::<V>(horizon, zenith, clear);
+        let Some(fog) = &weather.fog else { return sky };
+        let (zero, least) = (simd.splat(0.0), simd.splat(LEAST_SINE));
+        let colour = weather.lit(simd, fog.colour, glow);
+        let rises = zero.lt(up);
+        if fog.below >= 0.0 {
+            let depth = simd.splat(fog.layer.extinction * fog.column) * up.max(least).recip();
+            return mixed::<V>(colour, sky, exp_neg(simd, depth).select(rises, zero));
+        }
+
+        let before = simd.splat(fog.below) * up.min(zero - least).recip();
+        let through = self.through(simd, before, simd.splat(fog.below));
+        let mut floor = mixed::<V>(horizon, colour, through);
+        for (floor, sky) in floor.iter_mut().zip(sky) {
+            *floor = floor.select(up.lt(zero), sky);
+        }
+
+        floor
+    }
+}
+
+impl AirWeather {
+    /// Share of sunlight in what glows, for elevations of which `up` is the sine.
+    #[inline(always)]
+    fn share<V: Simd>(&self, simd: V, up: V::F) -> Option<(V::F, [f32; 3])> {
+        let glow = self.glow.as_ref()?;
+        let level = up.neg_mul_add(up, simd.splat(1.0)).max(simd.splat(1.0e-9)).sqrt_rough();
+        let cosine = (up * simd.splat(glow.to_sun.z)) + level * simd.load(&self.sunward.0);
+        let root = cosine.neg_mul_add(simd.splat(PHASE[1]), simd.splat(PHASE[0])).rsqrt();
+        let strength = simd.splat(glow.strength);
+        let share = (root * root * root - simd.splat(glow.least)) * strength;
+        Some((share.max(simd.splat(0.0)).min(simd.splat(1.0)), glow.colour.to_array()))
+    }
+
+    /// A colour with so much glow.
+    #[inline(always)]
+    fn lit<V: Simd>(&self, simd: V, colour: [f32; 3], glow: Option<(V::F, [f32; 3])>) -> [V::F; 3] {
+        let mut lit = [simd.splat(0.0); 3];
+        splat_all(simd, &mut lit, colour);
+        if let Some((share, sun)) = glow {
+            let mut toward = lit;
+            splat_all(simd, &mut toward, sun);
+            lit = mixed::<V>(lit, toward, share);
+        }
+        lit
+    }
+}
+
+impl EyeFog {
+    /// Optical depth of the fog, see [`FogLayer::depth`].
+    #[inline(always)]
+    fn depth<V: Simd>(&self, simd: V, range: V::F, rise: V::F) -> V::F {
+        let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
+        let (soft, per_soft) = (simd.splat(self.layer.soft), simd.splat(1.0 / self.layer.soft));
+        let below = simd.splat(self.below);
+        let end = below - rise;
+        let share = (end * per_soft).max(zero).min(one);
+        let column = (soft * share * share * share)
+            .mul_add(share.neg_mul_add(simd.splat(0.5), one), (end - soft).max(zero));
+        let is_level = rise.abs().lt(simd.splat(FOG_LEVEL) * soft);
+        let mut density = zero;
+        for share in GAUSS {
+            let place = (rise.neg_mul_add(simd.splat(share), below) * per_soft).max(zero).min(one);
+            density = (place * place).mul_add(simd.splat(1.5) - place, density);
+        }
+        let rising = one.select(is_level, rise);
+        let mean = density.select(is_level, (simd.splat(self.column) - column) * rising.recip());
+        range * simd.splat(self.layer.extinction) * mean
+    }
+}
+
+/// Mixes two lights, by the share of the latter.
+#[inline(always)]
+fn mixed<V: Simd>(from: [V::F; 3], to: [V::F; 3], share: V::F) -> [V::F; 3] {
+    let mut mixed = from;
+    for (mixed, to) in mixed.iter_mut().zip(to) {
+        *mixed = (to - *mixed).mul_add(share, *mixed);
+    }
+    mixed
+}
+
+/// The same colour in all lanes.
+#[inline(always)]
+fn splat_all<V: Simd>(simd: V, light: &mut [V::F; 3], colour: [f32; 3]) {
+    for (light, value) in light.iter_mut().zip(colour) {
+        *light = simd.splat(value);
+    }
+}
+
+/// Polynomial through `value` at Chebyshev's points of `middle − half` to `middle + half`, of what lies beyond `middle`, from
+/// the highest power down.
+fn polynomial(middle: f64, half: f64, value: impl Fn(f64) -> f64) -> [f64; TERMS] {
+    let points: [f64; TERMS] = std::array::from_fn(|point| {
+        half * ((point as f64 + 0.5) / TERMS as f64 * std::f64::consts::PI).cos()
+    });
+    // Newton's divided differences, then his products multiplied out.
+    let mut differences = points.map(|point| value(middle + point));
+
+    for order in 1..TERMS {
+        for point in (order..TERMS).rev() {
+            differences[point] =
+                (differences[point] - differences[point - 1]) / (points[point] - points[point - order]);
+        }
+    }
+
+    let mut terms = [0.0; TERMS];
+    for (difference, point) in differences.into_iter().zip(points).rev() {
+        let before = terms;
+        for power in 0..TERMS {
+            let lower = before.get(power + 1).copied().unwrap_or(difference);
+            terms[power] = lower - before[power] * point;
+        }
+    }
+
+    terms
+}

@@ -1,0 +1,92 @@
+//! Clouds over what was rendered of one view.
+
+use super::field;
+use crate::objects::Lens;
+use crate::simd::Isa;
+use crate::space::{Camera, Screen};
+use crate::sunlight::{Daylight, Sun};
+use crate::weather::Air;
+use crate::weather::Atmosphere;
+use crate::weather::Clouds;
+use crate::weather::clouds::CloudField;
+use crate::weather::clouds::cover::CloudCover;
+use crate::weather::glow::sunlight;
+use glam::{DVec2, Vec3};
+
+/// Angle between rays of the lattice, radians, and the most pixels between them.
+const LATTICE: f64 = 0.0045;
+
+const MOST_PIXELS: f64 = 8.0;
+
+/// Share of the light on ground that clouds may keep from it under a high sun: the sun's, but for what they scatter downward.
+const SHADOWED: f32 = 0.55;
+
+/// Cells of the lattice in a band of rows.
+const BAND_CELLS: usize = 8;
+
+/// Clouds over what was rendered of one view.
+pub struct CloudStage<'c> {
+    pub(super) isa: Isa,
+    pub(super) camera: &'c Camera,
+    pub(super) cover: CloudCover<'c>,
+    pub(super) air: Air,
+    /// Factor on light, by channel: how bright the hour is.
+    pub(super) tint: [f32; 3],
+    lens: Lens<'c>,
+    /// Pixels from one ray of the lattice to the next.
+    pub(super) cell: usize,
+}
+
+impl<'c> CloudStage<'c> {
+    /// `clouds`, of which `field` has the voxels, `seconds` into a flight, through `atmosphere` over ground not higher than `highest` metres above
+    /// the datum; `None` on orthographic screens, which show the ground from outside of all weather.
+    pub fn new(
+        isa: Isa,
+        camera: &'c Camera,
+        (field, clouds): (&'c CloudField, &Clouds),
+        sun: Sun,
+        (atmosphere, highest): (&Atmosphere, f64),
+        seconds: f64,
+    ) -> Option<Self> {
+        if let Screen::Orthographic { .. } = camera.screen() {
+            return None;
+        }
+
+        let eye = camera.pose.eye;
+        let place = field.place(eye.truncate(), clouds, seconds);
+        let strength = Daylight::new(sun).strength();
+
+        let cover = CloudCover {
+            field,
+            eye: [place.x as f32, place.y as f32],
+            heights: [(clouds.base - eye.z) as f32, (clouds.top - eye.z) as f32],
+            per_voxel: 1.0 / field.voxel as f32,
+            per_depth: 1.0 / (clouds.top - clouds.base) as f32,
+            extinction: field::extinction(clouds),
+            sunlight: (sunlight(sun) * strength).to_array(),
+            shadowed: SHADOWED * strength,
+            to_sun: sun.direction().to_array(),
+            shadows: field::toward(sun).to_array(),
+        };
+
+        let cell = (LATTICE / camera.pixel_angle()).clamp(1.0, MOST_PIXELS) as usize;
+        let air = Air::new(atmosphere, eye.z, clouds.top.max(highest));
+        Some(Self { isa, camera, cover, air, tint: [1.0; 3], lens: Lens::new(camera), cell })
+    }
+
+    /// The same by the light of an hour, `tint` times that of day by channel.
+    #[must_use]
+    pub fn tinted(self, tint: Vec3) -> Self {
+        Self { tint: tint.to_array(), ..self }
+    }
+
+    /// Rows of a band.
+    pub fn band_rows(&self) -> usize {
+        BAND_CELLS * self.cell
+    }
+
+    /// Unit direction of a position of the screen, pixels; `None` where the screen has no picture.
+    pub(super) fn direction(&self, column: f64, row: f64) -> Option<Vec3> {
+        self.lens.ray_at(DVec2::new(column, row)).map(|ray| ray.direction.as_vec3())
+    }
+}
