@@ -8,9 +8,10 @@
 //! ```
 
 use super::footprint::{Bounds, corner_bounds};
-use super::inputs::{Opened, crs_label, file_name};
 use super::plausible::plausible;
-use super::raster::{GeoTransform, RasterInfo};
+use crate::naming::{crs_label, file_name};
+use crate::opened::Opened;
+use crate::raster::{GeoTransform, RasterInfo};
 use hedgehop::voxel::limits;
 use hedgehop_base::error::{Error, Result};
 use hedgehop_geo::Crs;

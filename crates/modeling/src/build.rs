@@ -18,12 +18,13 @@
 //! Every sample is a function of its place in the grid and of the inputs, so two builds agree byte by byte,
 //! whatever the number of threads and the memory (see [`super::budget`] for how that is shared out).
 
+use crate::page::PageMaker;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
 use super::budget::Budget;
-use super::build_cache::{self, BuildCache, PageKeys, SourceKeys};
+use super::build_cache::{self, BuildCache};
 use super::cloud;
 use super::corridor::Corridor;
 use super::counts::PageCounts;
@@ -32,7 +33,7 @@ use super::feature_solids::{self, FeatureSolids};
 use super::features;
 use super::fineness;
 use super::footprint::Bounds;
-use super::inputs::{self, Input, Inputs};
+use super::inputs::{self, Inputs};
 use super::land_cover::{self, CoverInput};
 use super::mosaic;
 use super::object::{Objects, ScatterFile};
@@ -42,7 +43,7 @@ use super::placed::{ElevationInput, ImageryInput};
 use super::placing::Collection;
 use super::plan::{self, Plan};
 use super::reach::Reach;
-use super::scan::{self, Survey};
+use super::scan;
 use super::sources;
 use super::synthetic::Roughness;
 use super::tint::Tint;
@@ -50,6 +51,9 @@ use super::vertical;
 use super::warnings;
 use super::warp::{self, Rect};
 use super::writing::{Written, write_pages};
+use crate::Input;
+use crate::page_keys::{PageKeys, SourceKeys};
+use crate::surveyed::Survey;
 use hedgehop::voxel::{
     ContentHash, Directory, ENTRY_BYTES, Grid, HeightCode, Metadata, PAGE_SIDE, PageWriter, SharedObjects,
 };
@@ -293,13 +297,21 @@ pub(super) fn build_from(
         notes.iter().for_each(|note| observer.note(note));
         metadata.notes.extend(notes);
         let cache = traced.map(|(cache, keys)| (cache, keys.ground()));
-        Some(FeatureSolids::new(features, (&natural, high), cache, budget.threads, observer)?)
+        Some(FeatureSolids::new(
+            features,
+            || PageMaker::new(&natural),
+            high,
+            cache,
+            budget.threads,
+            observer,
+        )?)
     };
 
     let mut objects = if models.0.is_empty() && models.1.is_empty() {
         None
     } else {
-        let (objects, notes) = Objects::new(models, &plan, (&natural, high))?;
+        let (objects, notes) =
+            Objects::new(models, &plan, &mut PageMaker::new(&natural), (natural.materials, high))?;
         notes.iter().for_each(|note| observer.note(note));
         metadata.notes.extend(notes);
         Some(objects)

@@ -11,7 +11,7 @@ use std::path::PathBuf;
 
 use glam::DVec2;
 
-use super::inputs::file_name;
+use crate::naming::file_name;
 use hedgehop::voxel::{CorridorRecord, Grid, PAGE_SIDE, PageId, RADIX};
 use hedgehop_base::error::{Error, Result};
 use hedgehop_geo::{Crs, Transform};

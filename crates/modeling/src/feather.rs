@@ -15,8 +15,8 @@
 
 use super::footprint::Bounds;
 use super::kernel::Samples;
-use super::raster::Window;
 use super::warp::{RasterPlacement, Rect, TOLERANCE, WarpField, world};
+use crate::raster::Window;
 use hedgehop::voxel::Grid;
 use hedgehop_base::error::Result;
 

@@ -11,6 +11,7 @@
 //!
 //! What a voxel gets depends on the features that reach it and on the natural ground about it, never on the block that is made.
 
+use crate::built::Built;
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::sync::OnceLock;
@@ -18,12 +19,10 @@ use std::sync::OnceLock;
 use glam::DVec2;
 
 use super::build_cache::{BuildCache, Extent, Key, Keyer};
-use super::features::{
-    self, Bound, Feature, Graded, Ground, Layer, LayerOptions, Paint, Rank, Solid, Square,
-};
+use super::features::{self, Bound, Feature, Graded, Ground, Layer, LayerOptions, Rank, Square};
 use super::groves::Groves;
-use super::page::{PageMaker, Project};
-use super::placing::{Collection, Placed};
+use super::natural::NaturalGround;
+use super::placing::Collection;
 use super::plan::Plan;
 use super::warp::{LevelGrid, Rect};
 use super::workers::in_order;
@@ -31,13 +30,10 @@ use hedgehop::voxel::{Grid, PAGE_SIDE};
 use hedgehop_base::error::Result;
 use hedgehop_base::progress::Observer;
 
-/// Least opacity of what is seen from afar as a surface.
-pub(super) const DENSE: f64 = 0.4;
-
 /// Voxels along a tile of natural ground that features are bound to.
 const TILE: u32 = 64;
 /// Tiles that are kept by each worker.
-const TILES: usize = 128;
+pub(super) const TILES: usize = 128;
 
 /// Features of a database, by where they are.
 #[derive(Debug, Default)]
@@ -59,22 +55,6 @@ pub(super) struct FeatureSolids {
     margin: f64,
 }
 
-/// Solids and ground of a block as features make them, all `[rows][columns]` of it.
-pub(super) struct Built {
-    /// Heights of the bare ground, metres; NaN where there is none.
-    pub ground: Vec<f64>,
-    /// Surfaces of the bare ground: voxel, surface, and share of the voxel, in the order in which they lie on each other.
-    pub paints: Vec<(usize, Paint, f64)>,
-    /// Ground itself, likewise; below all of these.
-    pub natural: Vec<(usize, Paint, f64)>,
-    /// Solids by voxel, in no order.
-    pub solids: Vec<(usize, Solid)>,
-    /// Objects that reach the block, by voxel of the area.
-    pub placed: Vec<Placed>,
-    /// Solids that have no colours of their own.
-    pub uncoloured: std::ops::Range<usize>,
-}
-
 /// Features of layers that may reach the area, and notes on what is left out.
 pub(super) fn place(layers: &[(Layer, LayerOptions)], plan: &Plan) -> Result<(Vec<Feature>, Vec<String>)> {
     let (low, high) = (plan.grid.origin, plan.grid.far_corner());
@@ -90,16 +70,17 @@ pub(super) fn place(layers: &[(Layer, LayerOptions)], plan: &Plan) -> Result<(Ve
 }
 
 impl FeatureSolids {
-    /// Finds out what each feature may change on ground that `natural` makes, up to `highest` metres high. Those that `cache knows need not
+    /// Finds out what each feature may change on ground that `ground` makes, up to `highest` metres high. Those that `cache knows need not
     /// be bound for that; `ground` is the key of all elevation.
-    pub fn new(
+    pub fn new<G: NaturalGround>(
         features: Vec<Feature>,
-        (natural, highest): (&Project<'_>, f64),
+        ground: impl Fn() -> G + Sync,
+        highest: f64,
         cache: Option<(&BuildCache, Key)>,
         threads: usize,
         observer: &dyn Observer,
     ) -> Result<Self> {
-        let grid = natural.grid;
+        let grid = ground().grid();
         let key = |feature: &Feature| {
             let ground = cache.map(|(_, ground)| ground)?;
             Some(Keyer::of("feature").with_key(ground).with(&highest).with(feature).key())
@@ -114,7 +95,7 @@ impl FeatureSolids {
             feature_solids.features.len() as u64,
             threads,
             observer,
-            || PageMaker::new(natural),
+            &ground,
             |maker, index| {
                 let known =
                     cache.and_then(|(cache, _)| cache.extent(*feature_solids.keys.get(index as usize)?));
@@ -143,7 +124,7 @@ impl FeatureSolids {
     }
 
     /// Finds what a feature may change.
-    fn extent(&self, index: usize, maker: &mut PageMaker<'_>, highest: f64) -> Result<Extent> {
+    fn extent(&self, index: usize, maker: &mut dyn NaturalGround, highest: f64) -> Result<Extent> {
         let spacing = maker.grid().spacing;
         let bound = self.bind(index, maker)?;
         let reaches = bound.iter().map(|bound| bound.reach(spacing));
@@ -157,7 +138,7 @@ impl FeatureSolids {
     }
 
     /// A feature on the ground that `maker` makes.
-    fn bind(&self, index: usize, maker: &mut PageMaker<'_>) -> Result<&[Bound]> {
+    fn bind(&self, index: usize, maker: &mut dyn NaturalGround) -> Result<&[Bound]> {
         if let Some(bound) = self.bound[index].get() {
             return Ok(bound);
         }
@@ -236,7 +217,7 @@ impl FeatureSolids {
         rect: Rect,
         (wide, natural): (Rect, &[f64]),
         level: &LevelGrid,
-        maker: &mut PageMaker<'_>,
+        maker: &mut dyn NaturalGround,
     ) -> Result<Built> {
         let around = square(wide, &level.grid);
         let mut bound: Vec<&Bound> = Vec::new();
@@ -289,30 +270,6 @@ pub(super) fn with_room(high: f64, top: f64) -> f64 {
     high + room
 }
 
-impl Built {
-    /// Nothing on this ground.
-    pub fn on(natural: &[f64]) -> Self {
-        let (paints, natural_paints, solids, placed) = Default::default();
-        Self { ground: natural.to_vec(), paints, natural: natural_paints, solids, placed, uncoloured: 0..0 }
-    }
-
-    /// The solid that is the surface over each voxel of so many, if one is: the highest that is dense and holds the voxel's centre.
-    pub fn surfaces(&self, voxels: usize) -> Vec<Option<&Solid>> {
-        let mut surfaces: Vec<Option<&Solid>> = vec![None; voxels];
-        for (index, solid) in &self.solids {
-            let is_surface = solid.wall.holds_centre() && !solid.strip && solid.opacity >= DENSE;
-            let known = &mut surfaces[*index];
-            if is_surface
-                && known.is_none_or(|known| known.high_m < solid.high_m)
-                && self.ground[*index] < solid.high_m
-            {
-                *known = Some(solid);
-            }
-        }
-        surfaces
-    }
-}
-
 /// Cells that an area touches.
 fn cells_of(
     [west, south, east, north]: [f64; 4],
@@ -345,38 +302,21 @@ fn between(square: &Square, heights: &[f64], place: DVec2) -> Option<f64> {
     (!height.is_nan()).then_some(height)
 }
 
-/// Natural ground by tiles, as far as it was asked for.
-#[derive(Debug, Default)]
-pub(super) struct Tiles(HashMap<(u32, u32), Vec<f64>>);
-
-impl Tiles {
-    /// A tile, made by `make` unless it is there.
-    fn get(&mut self, key: (u32, u32), make: impl FnOnce() -> Result<Vec<f64>>) -> Result<&[f64]> {
-        if !self.0.contains_key(&key) {
-            if self.0.len() >= TILES {
-                self.0.clear();
-            }
-            self.0.insert(key, make()?);
-        }
-        Ok(&self.0[&key])
-    }
-}
-
 /// Natural ground anywhere, and what went wrong first while it was made.
-struct Natural<'m, 'a> {
+struct Natural<'m> {
     grid: Grid,
-    state: RefCell<(&'m mut PageMaker<'a>, Option<hedgehop_base::error::Error>)>,
+    state: RefCell<(&'m mut dyn NaturalGround, Option<hedgehop_base::error::Error>)>,
 }
 
-impl Natural<'_, '_> {
+impl Natural<'_> {
     /// Height of a post, metres; NaN where there is none.
     fn post(&self, x: u32, y: u32) -> f64 {
         let (x0, y0) = (x / TILE * TILE, y / TILE * TILE);
         let rect = Rect { x0, y0, x1: (x0 + TILE).min(self.grid.nx), y1: (y0 + TILE).min(self.grid.ny) };
         let (maker, failed) = &mut *self.state.borrow_mut();
-        let mut tiles = std::mem::take(&mut maker.tiles);
+        let mut tiles = std::mem::take(maker.tiles());
         let height = tiles.get((x0, y0), || maker.natural(rect)).map(|heights| heights[rect.index(x, y)]);
-        maker.tiles = tiles;
+        *maker.tiles() = tiles;
         height.unwrap_or_else(|error| {
             failed.get_or_insert(error);
             f64::NAN
@@ -384,7 +324,7 @@ impl Natural<'_, '_> {
     }
 }
 
-impl Ground for Natural<'_, '_> {
+impl Ground for Natural<'_> {
     fn height_at(&self, place: DVec2) -> Option<f64> {
         let far = self.grid.far_corner();
         if !(place.cmpge(self.grid.origin).all() && place.cmple(far).all()) {

@@ -1,10 +1,11 @@
 //! Fineness of imagery beside the voxels that keep its colours.
 
 use super::cloud::Cloud;
-use super::inputs::{Inputs, file_name};
+use super::inputs::Inputs;
 use super::options::BuildOptions;
 use super::plan::Plan;
 use super::warnings;
+use crate::naming::file_name;
 use hedgehop_base::error::Result;
 
 /// Ratio of a pixel's and a voxel's width from which on it is worth a word.

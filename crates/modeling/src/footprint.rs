@@ -2,9 +2,10 @@
 
 use glam::DVec2;
 
-use super::inputs::{Opened, file_name};
-use super::raster::GeoTransform;
 use super::warp;
+use crate::naming::file_name;
+use crate::opened::Opened;
+use crate::raster::GeoTransform;
 use hedgehop::voxel::SourceRecord;
 use hedgehop_base::error::Result;
 use hedgehop_geo::{Crs, Transform};

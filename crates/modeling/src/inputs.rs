@@ -6,6 +6,10 @@
 //! refuse coordinates that cannot be what the system says: degrees as metres, metres as degrees, swapped axes
 //! ```
 
+use crate::naming::contradiction;
+use crate::naming::crs_label;
+pub(super) use crate::naming::file_name;
+pub(super) use crate::opened::Opened;
 use std::path::{Path, PathBuf};
 
 use super::bare::{self, Canvas, RasterRole, Said, canvas};
@@ -16,34 +20,17 @@ use super::kernel::Samples;
 use super::land_cover::{ClassRaster, LandCoverFile, SampleClass};
 use super::object::{self, OpenObject, OpenScatter};
 use super::options::{BuildOptions, CloudFile, ElevationFile, FeatureFile, ImageryFile};
-use super::plan;
 use super::plausible::{local_in_metres, no_crs, plausible};
-use super::raster::{
-    ElevationRaster, GeoTransform, ImageryRaster, OpenOptions, Raster, RasterInfo, Window, open,
-};
+use super::raster::{ElevationRaster, ImageryRaster, open};
 use super::source_heights::Stated;
 use super::warp;
+use crate::raster::{GeoTransform, OpenOptions, Raster, RasterInfo, Window};
 use hedgehop_base::error::{Error, Result};
-use hedgehop_base::progress::{Observer, Silent};
+use hedgehop_base::progress::Observer;
 use hedgehop_geo::{Crs, VerticalCrs, VerticalDatum};
 
 /// Bytes of decoded blocks for a file that is only looked at.
-const CACHE_TO_LOOK: u64 = 64 << 20;
-
-/// A raster and where it says it lies.
-pub(super) struct Opened<T> {
-    pub path: PathBuf,
-    pub samples: Box<dyn Samples<T>>,
-    /// Natural block (columns, rows) for reading.
-    pub block: (u32, u32),
-    pub geo: GeoTransform,
-    pub crs: Crs,
-    /// Datum of heights, as stated, given or assumed; means nothing for imagery.
-    pub datum: VerticalDatum,
-    pub description: String,
-    /// All that its side files and the user say of it, for keys of steps.
-    pub facts: String,
-}
+pub(super) const CACHE_TO_LOOK: u64 = 64 << 20;
 
 /// All rasters, highest priority first, and what was assumed about them.
 #[derive(Default)]
@@ -148,88 +135,10 @@ pub(super) fn open_rasters(
     Ok(Inputs { clouds, elevation, imagery, land_cover, notes: opener.into_notes(), ..Inputs::default() })
 }
 
-/// A part of a build.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Input {
-    /// A file of points, by its place in [`BuildOptions::clouds`].
-    Cloud(usize),
-    /// Elevation, by its place in [`BuildOptions::elevation`].
-    Elevation(usize),
-    /// Imagery, by its place in [`BuildOptions::imagery`].
-    Imagery(usize),
-    /// Land cover, by its place in [`BuildOptions::land_cover`].
-    LandCover(usize),
-    /// Features, by their place in [`BuildOptions::features`].
-    Features(usize),
-    /// Object, by its place in [`BuildOptions::objects`].
-    Object(usize),
-    /// Scatter, by its place in [`BuildOptions::scatters`].
-    Scatter(usize),
-    /// A shape of the ground, by its place in [`super::synthetic::Synthetic::terrain`].
-    Terrain(usize),
-    /// A pattern on it, by its place in [`super::synthetic::Synthetic::textures`].
-    Texture(usize),
-}
-
-/// Builds the error of a file that states a reference system, if another one is given for it.
-pub(super) fn contradiction(
-    name: &str,
-    stated: &Crs,
-    given: Option<&str>,
-    flag: &str,
-) -> Result<Option<String>> {
-    let given = given.map(Crs::from_user).transpose()?;
-    Ok(given.filter(|given| given != stated && given.name() != stated.name()).map(|given| {
-        format!(
-            "{name}: states {}, which counts, and not {}; {flag} is of files that state none",
-            stated.name(),
-            given.name()
-        )
-    }))
-}
-
 /// Reads a file of features.
-fn layer(file: &FeatureFile, options: &BuildOptions) -> Result<(Layer, LayerOptions)> {
+pub(super) fn layer(file: &FeatureFile, options: &BuildOptions) -> Result<(Layer, LayerOptions)> {
     let materials = options.materials.clone();
     Ok((features::read(&file.path, &file.options)?, LayerOptions { materials, ..file.options.clone() }))
-}
-
-/// Finds the faults of each file by itself, or else with its place in the database: all of them, where a build ends at the first.
-pub fn faults(options: &BuildOptions) -> Vec<(Input, Error)> {
-    let open_options = OpenOptions { cache_bytes: CACHE_TO_LOOK, ..OpenOptions::default() };
-    let mut opener = Opener::new(options, open_options, &Silent);
-    let (mut inputs, mut faults) = (Inputs::default(), Vec::new());
-    let clouds = sound(&options.clouds, |file| opener.cloud(file), Input::Cloud, &mut faults);
-    (inputs.clouds, inputs.elevation) = clouds.into_iter().unzip();
-    let elevation = sound(&options.elevation, |file| opener.elevation(file), Input::Elevation, &mut faults);
-    inputs.elevation.extend(elevation);
-    let canvas = canvas(&inputs.elevation);
-    let imagery = |file: &ImageryFile| opener.imagery(file, canvas.as_ref());
-    inputs.imagery = sound(&options.imagery, imagery, Input::Imagery, &mut faults);
-    let land_cover = |file: &LandCoverFile| opener.land_cover(file, canvas.as_ref());
-    inputs.land_cover = sound(&options.land_cover, land_cover, Input::LandCover, &mut faults);
-    let features = |file: &FeatureFile| layer(file, options);
-    inputs.features = sound(&options.features, features, Input::Features, &mut faults);
-    inputs.objects = sound(&options.objects, object::open_object, Input::Object, &mut faults);
-    inputs.scatters = sound(&options.scatters, object::open_scatter, Input::Scatter, &mut faults);
-    if faults.is_empty() { plan::misfits(&inputs, options) } else { faults }
-}
-
-/// Opens files, and adds what is wrong with those that cannot be opened to `faults`.
-fn sound<F, T>(
-    files: &[F],
-    open: impl FnMut(&F) -> Result<T>,
-    input: fn(usize) -> Input,
-    faults: &mut Vec<(Input, Error)>,
-) -> Vec<T> {
-    let mut opened = Vec::with_capacity(files.len());
-    for (index, result) in files.iter().map(open).enumerate() {
-        match result {
-            Ok(file) => opened.push(file),
-            Err(error) => faults.push((input(index), error)),
-        }
-    }
-    opened
 }
 
 /// Describes what a raster says of itself and what the user says of it, but for where it lies.
@@ -237,7 +146,7 @@ fn facts(info: &RasterInfo, file: &dyn std::fmt::Debug) -> String {
     format!("{:?} {file:?}", RasterInfo { path: PathBuf::new(), ..info.clone() })
 }
 
-struct Opener<'a> {
+pub(super) struct Opener<'a> {
     options: &'a BuildOptions,
     open_options: OpenOptions,
     observer: &'a dyn Observer,
@@ -247,7 +156,11 @@ struct Opener<'a> {
 }
 
 impl<'a> Opener<'a> {
-    fn new(options: &'a BuildOptions, open_options: OpenOptions, observer: &'a dyn Observer) -> Self {
+    pub(super) fn new(
+        options: &'a BuildOptions,
+        open_options: OpenOptions,
+        observer: &'a dyn Observer,
+    ) -> Self {
         Self { options, open_options, observer, notes: Vec::new(), silent: Vec::new() }
     }
 
@@ -259,13 +172,13 @@ impl<'a> Opener<'a> {
         Ok((raster, info))
     }
 
-    fn cloud(&mut self, file: &CloudFile) -> Result<(Cloud, Opened<f64>)> {
+    pub(super) fn cloud(&mut self, file: &CloudFile) -> Result<(Cloud, Opened<f64>)> {
         let (cloud, opened, notes) = cloud::open(file, self.options, self.observer)?;
         self.notes.extend(notes);
         Ok((cloud, opened))
     }
 
-    fn elevation(&mut self, file: &ElevationFile) -> Result<Opened<f64>> {
+    pub(super) fn elevation(&mut self, file: &ElevationFile) -> Result<Opened<f64>> {
         let path = &file.path;
         let (raster, info) = self.open(path, false)?;
         let said = self.said(RasterRole::Elevation, file.crs.as_deref(), None);
@@ -283,7 +196,7 @@ impl<'a> Opener<'a> {
         Ok(Opened { path: path.to_owned(), samples, block: info.block, geo, crs, datum, description, facts })
     }
 
-    fn imagery(&mut self, file: &ImageryFile, canvas: Option<&Canvas>) -> Result<Opened<[u8; 4]>> {
+    pub(super) fn imagery(&mut self, file: &ImageryFile, canvas: Option<&Canvas>) -> Result<Opened<[u8; 4]>> {
         let path = &file.path;
         let (raster, info) = self.open(path, false)?;
         let (geo, crs, _) =
@@ -296,7 +209,11 @@ impl<'a> Opener<'a> {
         Ok(Opened { path: path.to_owned(), samples, block: info.block, geo, crs, datum, description, facts })
     }
 
-    fn land_cover(&mut self, file: &LandCoverFile, canvas: Option<&Canvas>) -> Result<Opened<SampleClass>> {
+    pub(super) fn land_cover(
+        &mut self,
+        file: &LandCoverFile,
+        canvas: Option<&Canvas>,
+    ) -> Result<Opened<SampleClass>> {
         let path = &file.path;
         let (raster, info) = self.open(path, true)?;
         let said = self.said(RasterRole::LandCover, file.crs.as_deref(), None);
@@ -401,18 +318,8 @@ fn without_folders(path: &Path, notes: &[String]) -> Vec<String> {
     notes.iter().map(|note| note.replace(&path, &name)).collect()
 }
 
-/// File name without folders.
-pub(super) fn file_name(path: &Path) -> String {
-    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
-}
-
 fn describe(info: &RasterInfo, crs: &Crs) -> String {
     let sample = info.sample.name();
     let bands = if info.bands == 1 { String::new() } else { format!(" of {} bands", info.bands) };
     format!("{} {sample} {}x{}{bands}, {}", info.format, info.width, info.height, crs_label(crs))
-}
-
-/// `EPSG:32633`, or the name of a system without a code.
-pub(super) fn crs_label(crs: &Crs) -> String {
-    crs.epsg().map_or_else(|| crs.name().to_owned(), |code| format!("EPSG:{code}"))
 }

@@ -19,8 +19,8 @@
 //! ```
 //! Each voxel meets its taps in the same order whatever the split, so results do not depend on it.
 
-use super::raster::Window;
 use super::warp::{Rect, WarpField};
+use crate::raster::Window;
 use hedgehop_base::error::Result;
 
 /// A raster of samples that is read window by window.

@@ -19,10 +19,10 @@ use super::feather::{FEATHER, Feather, Ramps, SheetShare, Sheets};
 use super::kernel::{Accumulate, Gather, KernelShape, Samples, Tap};
 use super::options::Interpolation;
 use super::placed::ElevationInput;
-use super::raster::Window;
-use super::scan::Survey;
 use super::synthetic::{Detail, Refinement};
 use super::warp::{self, LevelGrid, Rect, TOLERANCE, WarpField};
+use crate::raster::Window;
+use crate::surveyed::Survey;
 use hedgehop_base::error::Result;
 
 /// Marks a voxel outside of all rasters.

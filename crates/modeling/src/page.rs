@@ -10,6 +10,7 @@
 
 mod painting;
 
+use crate::natural::NaturalGround;
 use std::collections::HashMap;
 use std::ops::Range;
 
@@ -18,8 +19,7 @@ use super::corridor::Stored;
 use super::counts::PageCounts;
 use super::drape::Drape;
 use super::feather::Sheets;
-use super::feature_solids::{Built, FeatureSolids, Tiles};
-use super::fill;
+use super::feature_solids::FeatureSolids;
 use super::land_cover::{CoverInput, LandCover, Sampler};
 use super::materials::Materials;
 use super::mosaic::{Mosaic, Surface};
@@ -27,10 +27,12 @@ use super::object::Objects;
 use super::options::{Interpolation, NodataFill};
 use super::placed::{ElevationInput, ImageryInput};
 use super::placing::{Placed, Raised, covered, on_page};
-use super::scan::Survey;
 use super::synthetic::{self, Synthetic};
 use super::tint::Tint;
 use super::warp::{self, LevelGrid, Rect};
+use crate::built::{Built, Tiles};
+use crate::surveyed::Survey;
+use crate::void_fill;
 use hedgehop::voxel::{
     APRON, Attributes, Grid, HeightCode, Material, PAGE_SIDE, PageBuffer, PageId, Placement, RADIX,
     SharedObjects, Span, SpanTable, StandIn, VoxelBlock,
@@ -110,6 +112,28 @@ pub(super) struct MadePage {
     pub counts: PageCounts,
 }
 
+impl NaturalGround for PageMaker<'_> {
+    fn code(&self) -> HeightCode {
+        self.project.code
+    }
+
+    fn grid(&self) -> Grid {
+        self.project.grid
+    }
+
+    fn natural(&mut self, rect: Rect) -> Result<Vec<f64>> {
+        let level = self.level.level;
+        self.turn_to(0);
+        let ground = self.ground(rect);
+        self.turn_to(level);
+        Ok(ground?.surface.heights)
+    }
+
+    fn tiles(&mut self) -> &mut Tiles {
+        &mut self.tiles
+    }
+}
+
 impl<'a> PageMaker<'a> {
     pub fn new(project: &'a Project<'a>) -> Self {
         let window_bytes = project.window_bytes;
@@ -146,16 +170,6 @@ impl<'a> PageMaker<'a> {
             },
             tiles: Tiles::default(),
         }
-    }
-
-    /// Returns the coding of heights.
-    pub fn code(&self) -> HeightCode {
-        self.project.code
-    }
-
-    /// The grid of level 1.
-    pub fn grid(&self) -> Grid {
-        self.project.grid
     }
 
     /// A page as if there were no finer level, without bounds and slopes.
@@ -217,15 +231,6 @@ impl<'a> PageMaker<'a> {
             && feature_solids.is_none_or(|feature_solids| feature_solids.margin(wide, level).is_none())
             && objects.is_none_or(|objects| objects.margin(wide, level).is_none())
             && !reaches.any(|reach| wide.meets(reach, &level.grid))
-    }
-
-    /// Heights of the finest voxels over `rect` as the rasters have them, voids filled, metres; NaN where there is none.
-    pub fn natural(&mut self, rect: Rect) -> Result<Vec<f64>> {
-        let level = self.level.level;
-        self.turn_to(0);
-        let ground = self.ground(rect);
-        self.turn_to(level);
-        Ok(ground?.surface.heights)
     }
 
     /// Raises features and clouds on a block with this natural ground; `None`: none reaches it.
@@ -357,19 +362,19 @@ impl<'a> PageMaker<'a> {
                 }
             }
             NodataFill::Interpolate if voids.contains(&true) => {
-                let wide = self.mosaic.surface(rect.grown(fill::REACH, &self.level.grid))?;
+                let wide = self.mosaic.surface(rect.grown(void_fill::REACH, &self.level.grid))?;
                 for (voxel, _) in voids.iter().enumerate().filter(|(_, void)| **void) {
                     let (x, y) = rect.voxel(voxel);
                     let coarse = surface.source(voxel).and_then(|source| self.coarse(source, x, y));
-                    surface.heights[voxel] = fill::interpolate(&wide, x, y, coarse);
+                    surface.heights[voxel] = void_fill::interpolate(&wide, x, y, coarse);
                 }
             }
-            NodataFill::Small if fill::may_have_small(rect, &voids) => {
-                let wide = self.mosaic.surface(rect.grown(fill::REACH, &self.level.grid))?;
-                let small = fill::small(&wide, rect, &self.level);
+            NodataFill::Small if void_fill::may_have_small(rect, &voids) => {
+                let wide = self.mosaic.surface(rect.grown(void_fill::REACH, &self.level.grid))?;
+                let small = void_fill::small(&wide, rect, &self.level);
                 for (voxel, _) in small.iter().enumerate().filter(|(_, small)| **small) {
                     let (x, y) = rect.voxel(voxel);
-                    surface.heights[voxel] = fill::interpolate(&wide, x, y, None);
+                    surface.heights[voxel] = void_fill::interpolate(&wide, x, y, None);
                 }
             }
             NodataFill::None | NodataFill::Small | NodataFill::Interpolate => {}

@@ -1,12 +1,12 @@
 //! The rasters of a build, placed in the database's grid.
 
 use super::footprint::{Bounds, RasterFootprint};
-use super::inputs::Opened;
 use super::kernel::Samples;
 use super::plan::Plan;
 use super::synthetic::Lattice;
 use super::vertical::Shift;
 use super::warp::RasterPlacement;
+use crate::opened::Opened;
 use hedgehop_base::error::{Error, Result};
 use hedgehop_geo::{Transform, VerticalDatum};
 

@@ -18,9 +18,12 @@ use glam::DVec2;
 
 use super::corridor::{self, Corridors, Stored};
 use super::footprint::{self, Bounds, RasterFootprint, joined};
-use super::inputs::{Input, Inputs, Opened, crs_label};
+use super::inputs::Inputs;
 use super::options::BuildOptions;
 use super::vertical::{self, Shift};
+use crate::Input;
+use crate::naming::crs_label;
+use crate::opened::Opened;
 use hedgehop::voxel::{Directory, Grid, RADIX, limits};
 use hedgehop_base::error::{Error, Result};
 use hedgehop_geo::{Crs, Transform};

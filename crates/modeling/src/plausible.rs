@@ -2,7 +2,7 @@
 //! pixels are such as cover ground at all.
 
 use super::footprint::corner_bounds;
-use super::raster::{GeoTransform, RasterInfo};
+use crate::raster::{GeoTransform, RasterInfo};
 use hedgehop::voxel::limits;
 use hedgehop_base::error::{Error, Result};
 use hedgehop_geo::Crs;

@@ -1,11 +1,12 @@
 //! Pages that the inputs of a build can reach: all others have no surface, and no bytes.
 
 use super::footprint::Bounds;
-use super::inputs::{Inputs, Opened};
+use super::inputs::Inputs;
 use super::options::BuildOptions;
 use super::plan::Plan;
 use super::synthetic::Synthetic;
 use super::warp::{LevelGrid, RasterPlacement, Rect};
+use crate::opened::Opened;
 use hedgehop::voxel::{APRON, Grid, PAGE_SIDE, PageId};
 use hedgehop_base::error::Result;
 

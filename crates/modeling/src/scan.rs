@@ -4,15 +4,17 @@
 //! of the terrain around: per source a surface of at most [`COARSE`]² cell means, whose empty cells are
 //! filled by pull and push (Gortler et al. 1996, §3.4: average what is known upward, then complete downward).
 
-use serde::{Deserialize, Serialize};
+use crate::surveyed::Coarse;
+use crate::surveyed::Survey;
 
-use super::build_cache::{BuildCache, Keyer, SourceKeys};
+use super::build_cache::{BuildCache, Keyer};
 use super::placed::ElevationInput;
 use super::plan::Plan;
-use super::raster::Window;
 use super::synthetic::Energies;
 use super::warp;
 use super::workers::in_order;
+use crate::page_keys::SourceKeys;
+use crate::raster::Window;
 use hedgehop::voxel::Grid;
 use hedgehop_base::error::Result;
 use hedgehop_base::progress::Observer;
@@ -21,45 +23,6 @@ use hedgehop_base::progress::Observer;
 const COARSE: u32 = 64;
 /// Samples read at once, unless one block of the file holds more.
 const CHUNK_SAMPLES: u64 = 1 << 18;
-/// Survey of one source.
-#[derive(Debug, Clone, Default, Serialize, Deserialize)]
-pub(super) struct Survey {
-    /// Lowest and highest sample, metres above the source's datum; `None` if all are void.
-    pub range: Option<(f64, f64)>,
-    /// Mean heights of cells; `None` if all are void.
-    pub coarse: Option<Coarse>,
-    /// Notes on what was assumed or repaired in it, one sentence each.
-    pub notes: Vec<String>,
-    /// Curvatures, from which detail takes its roughness; of none unless they were asked for.
-    pub energies: Energies,
-}
-
-/// Means of a raster's heights on a few cells, complete.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-pub(super) struct Coarse {
-    columns: usize,
-    rows: usize,
-    /// Raster pixels per cell.
-    pixels: (f64, f64),
-    means: Vec<f64>,
-}
-
-impl Coarse {
-    /// Height at a position in pixels (whole numbers at pixel centres), metres above the source's datum.
-    pub fn at(&self, column: f64, row: f64) -> f64 {
-        let place = |pixel: f64, pixels: f64, count: usize| {
-            let place = ((pixel + 0.5) / pixels - 0.5).clamp(0.0, count as f64 - 1.0);
-            let cell = (place as usize).min(count.saturating_sub(2));
-            (cell, (cell + 1).min(count - 1), place - cell as f64)
-        };
-        let (west, east, u) = place(column, self.pixels.0, self.columns);
-        let (north, south, v) = place(row, self.pixels.1, self.rows);
-        let mean = |column: usize, row: usize| self.means[row * self.columns + column];
-        (mean(west, north) * (1.0 - u) + mean(east, north) * u) * (1.0 - v)
-            + (mean(west, south) * (1.0 - u) + mean(east, south) * u) * v
-    }
-}
-
 /// Looks at the part of each source that the grid may need, at its curvatures too if these are to be measured.
 pub(super) fn survey(
     sources: &[ElevationInput],
@@ -174,7 +137,7 @@ fn needed(source: &ElevationInput, plan: &Plan) -> Option<Window> {
     }
 
     // Room for the curve between lattice points, for kernels and for the fill's reach.
-    let reach = f64::from(super::fill::REACH + 2) * f64::from(Grid::side_units(plan.stored.outside()));
+    let reach = f64::from(crate::void_fill::REACH + 2) * f64::from(Grid::side_units(plan.stored.outside()));
     let clip = |(low, high): (f64, f64), voxels: u32, size: u32| {
         let margin = (high - low) * (1.0 / f64::from(LATTICE) + reach / f64::from(voxels)) + 4.0;
         let first = (low - margin).floor().clamp(0.0, f64::from(size) - 1.0) as u32;

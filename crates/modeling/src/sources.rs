@@ -9,12 +9,13 @@ use std::path::Path;
 
 use glam::DVec2;
 
-use super::inputs::{Inputs, crs_label, file_name};
+use super::inputs::Inputs;
 use super::materials::Materials;
 use super::object::{BuiltIn, ScatterFile, ScatterForm};
 use super::options::BuildOptions;
-use super::scan::Survey;
 use super::synthetic::Terrain;
+use crate::naming::{crs_label, file_name};
+use crate::surveyed::Survey;
 use hedgehop::voxel::{Grid, SourceRecord};
 
 /// Kinds of shapes by their names in recipes; a plane lies below all others.

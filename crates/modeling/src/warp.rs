@@ -10,7 +10,7 @@
 //! This is how GDAL's warper and most others save transforms (its "approximating transformer" works on
 //! scan lines). Cells hang on the grid, so that a voxel's position does not depend on the page that asks.
 
-use super::raster::{GeoTransform, Window};
+use crate::raster::{GeoTransform, Window};
 use hedgehop::voxel::Grid;
 use hedgehop_geo::Transform;
 

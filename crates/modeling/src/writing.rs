@@ -1,10 +1,11 @@
 //! Writing the pages of all levels: made, or taken over where a build before made them of the same.
 
-use super::build_cache::{Aside, BuildCache, Key, MadeRecord, PageKeys, Reused};
+use super::build_cache::{Aside, BuildCache, Key, MadeRecord, Reused};
 use super::corridor::Tasks;
 use super::counts::PageCounts;
 use super::page::{FromSources, MadePage, PageMaker, Project};
 use super::workers::in_order;
+use crate::page_keys::PageKeys;
 use hedgehop::voxel::{
     EarlierPage, EncodedPage, PageEntry, PageId, PageReadback, PageWriter, Shelf, sparse_page,
 };

@@ -33,7 +33,7 @@ const WIDEST_STEP: f64 = 1.0 / 32.0;
 const LEVEL: f64 = 1.0e-3;
 
 /// Rows and planes beyond the screen's edge that interpolation may touch.
-pub(super) const MARGIN: f64 = 1.5;
+const MARGIN: f64 = 1.5;
 
 /// A planar screen as scan planes see it.
 #[derive(Debug, Clone, PartialEq)]

@@ -23,7 +23,7 @@ use serde::{Deserialize, Serialize};
 use super::key::Key;
 use crate::counts::PageCounts;
 use crate::materials::Classes;
-use crate::scan::Survey;
+use crate::surveyed::Survey;
 use hedgehop::voxel::{ContentHash, PageEntry, PageId, PagePart};
 
 const MAGIC: [u8; 8] = *b"HOPSTEP1";

@@ -22,7 +22,6 @@
 mod aside;
 mod handover;
 mod key;
-mod keys;
 mod log;
 
 use std::collections::{HashMap, HashSet};
@@ -35,12 +34,11 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 pub(super) use aside::Aside;
 pub use handover::take_over;
 pub(super) use key::{Key, Keyer};
-pub(super) use keys::{PageKeys, SourceKeys};
 pub(super) use log::{Extent, MadeRecord};
 use log::{KnownSteps, Log, Stamp, name_of};
 
 use super::counts::PageCounts;
-use super::scan::Survey;
+use crate::surveyed::Survey;
 use hedgehop::voxel::{ContentHash, EarlierFile, EarlierPage, Grid, Metadata, PageId, PageWriter};
 use hedgehop_base::error::{Error, Result};
 

@@ -2,13 +2,14 @@
 
 use std::path::PathBuf;
 
-use super::super::inputs::{Opened, contradiction, crs_label, file_name};
 use super::super::kernel::Samples;
 use super::super::options::{BuildOptions, CloudFile};
-use super::super::raster::{GeoTransform, Window};
 use super::super::source_heights::{SourceHeights, Stated};
 use super::head::Head;
 use super::look::Look;
+use crate::naming::{contradiction, crs_label, file_name};
+use crate::opened::Opened;
+use crate::raster::{GeoTransform, Window};
 use hedgehop::voxel::limits;
 use hedgehop_base::error::{Error, Result};
 use hedgehop_base::progress::Observer;

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use glam::DVec2;
 
 use super::kinds::FeatureClass;
-use crate::materials::Materials;
+use crate::Materials;
 use hedgehop_geo::{Crs, Transform};
 
 /// Places in order, in the layer's reference system (eastward or longitude, northward or latitude).

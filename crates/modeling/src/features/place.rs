@@ -42,7 +42,7 @@ pub fn place(
     area: [f64; 4],
 ) -> Result<(Vec<Feature>, Vec<String>)> {
     let transform = Transform::new(&layer.crs, crs)?;
-    let file = super::super::inputs::file_name(&layer.path);
+    let file = crate::naming::file_name(&layer.path);
     let (meanings, mut notes) = interpret_all(layer, options);
     let (mut features, mut left_out) = (Vec::with_capacity(meanings.len()), LeftOut::default());
     let mut halved = LeftOut::in_part();

@@ -3,10 +3,10 @@
 use glam::DVec2;
 
 use super::raster::SampleClass;
+use crate::Materials;
 use crate::footprint::Bounds;
-use crate::inputs::Opened;
 use crate::kernel::Samples;
-use crate::materials::Materials;
+use crate::opened::Opened;
 use crate::plan::Plan;
 use crate::raster::Window;
 use crate::synthetic::noise::gradient;

@@ -7,7 +7,7 @@ use super::options::{ObjectFile, ScatterFile, ScatterForm};
 use super::shape::Shape;
 use super::soup::{Soup, Stance};
 use crate::features::{self, Footprint, Layer, LayerOptions};
-use crate::inputs::file_name;
+use crate::naming::file_name;
 use hedgehop::voxel::Material;
 use hedgehop::voxel::{Grid, SharedObject};
 use hedgehop_assets::model::{self, Model};

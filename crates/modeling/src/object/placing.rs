@@ -18,11 +18,11 @@ use super::placement::{Placement, raise};
 use super::scatter::{Scatter, ScatterSite};
 use super::shape::Shape;
 use super::soup::Soup;
+use crate::Materials;
 use crate::build_cache::{Key, Keyer};
 use crate::features::Square;
-use crate::inputs::file_name;
-use crate::materials::Materials;
-use crate::page::{PageMaker, Project};
+use crate::naming::file_name;
+use crate::natural::NaturalGround;
 use crate::placing::{self, Collection, Raised};
 use crate::plan::Plan;
 use crate::warp::{LevelGrid, Rect};
@@ -84,14 +84,15 @@ pub(crate) struct Objects {
 }
 
 impl Objects {
-    /// Builds the objects of opened files on ground that `natural` makes, up to `highest` metres high, and notes on what is left out.
+    /// Builds the objects of opened files on ground that `ground` makes, up to `highest` metres high, and notes on what is left out.
     ///
     /// # Errors
     /// A model that is too large for the database's voxels, an area that has no place in its system, ground that cannot be read.
     pub fn new(
         (objects, scatters): (Vec<OpenObject>, Vec<OpenScatter>),
         plan: &Plan,
-        (natural, highest): (&Project<'_>, f64),
+        ground: &mut dyn NaturalGround,
+        (materials, highest): (&Materials, f64),
     ) -> Result<(Self, Vec<String>)> {
         let mut all = Self {
             soups: Vec::new(),
@@ -103,12 +104,11 @@ impl Objects {
             highest: f64::NEG_INFINITY,
         };
         let mut notes = Vec::new();
-        let mut maker = PageMaker::new(natural);
         for object in objects {
-            all.place(object, plan, &mut maker, &mut notes)?;
+            all.place(object, plan, ground, &mut notes)?;
         }
         for scatter in scatters {
-            all.scatter(scatter, plan, (natural.materials, highest))?;
+            all.scatter(scatter, plan, (materials, highest))?;
         }
         Ok((all, notes))
     }
@@ -136,7 +136,7 @@ impl Objects {
         &mut self,
         object: OpenObject,
         plan: &Plan,
-        maker: &mut PageMaker<'_>,
+        maker: &mut dyn NaturalGround,
         notes: &mut Vec<String>,
     ) -> Result<()> {
         let (grid, file) = (&plan.grid, &object.file);
@@ -377,7 +377,7 @@ fn reaches(reach: [f64; 4], rect: Rect, margin: u32, level: &LevelGrid) -> bool 
 }
 
 /// Natural ground at a place, between the posts around it; `None`: there is none.
-fn ground_at(grid: &Grid, place: DVec2, maker: &mut PageMaker<'_>) -> Result<Option<f64>> {
+fn ground_at(grid: &Grid, place: DVec2, maker: &mut dyn NaturalGround) -> Result<Option<f64>> {
     let far = grid.far_corner();
     if !(place.cmpge(grid.origin).all() && place.cmple(far).all()) {
         return Ok(None);

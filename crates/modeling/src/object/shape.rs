@@ -5,8 +5,8 @@ use glam::{DVec2, dvec2};
 use super::fit::Over;
 use super::rays::RayWindow;
 use super::soup::Soup;
+use crate::Materials;
 use crate::features::{Solid, TreeKind, Wall};
-use crate::materials::Materials;
 use hedgehop::voxel::{Grid, HeightCode, SharedObject, Span, SpanTable, Symmetry};
 
 /// Voxels along a tile that is looked at at once.

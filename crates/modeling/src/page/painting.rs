@@ -5,8 +5,9 @@ use std::collections::HashMap;
 use glam::DVec2;
 
 use super::{Bare, MadeBlock, PageGround, PageMaker, Project};
+use crate::built::Built;
+use crate::built::DENSE;
 use crate::cloud;
-use crate::feature_solids::{Built, DENSE};
 use crate::land_cover::{self, LandCover};
 use crate::placing::{Placed, covered};
 use crate::tint::mix;

@@ -5,12 +5,14 @@
 //! the groups that a window needs are parsed. Integers become int32, anything else float32, as in GDAL (which only looks
 //! at the first 100 KiB to decide; here the whole file counts).
 
+use super::georeference;
 use std::io::{BufRead, BufReader, Seek, SeekFrom};
 use std::path::Path;
 
 use super::blocks::{Block, BlockIndex, BlockRaster, BlockSource};
 use super::file::InputFile;
-use super::{GeoTransform, OpenOptions, Raster, RasterInfo, SampleType, nodata, side};
+use super::{nodata, side};
+use crate::raster::{GeoTransform, OpenOptions, Raster, RasterInfo, SampleType};
 use hedgehop_base::document::unmarked;
 use hedgehop_base::error::{Error, Result};
 
@@ -142,7 +144,7 @@ impl AsciiHeader {
         };
         let (x, y) = (corner(self.x, step_x)?, corner(self.y, step_y)?);
         let geo = [x, step_x, 0.0, y + f64::from(rows) * step_y, 0.0, -step_y];
-        if side::is_sound(&geo) { Ok(geo) } else { Err(missing()) }
+        if georeference::is_sound(&geo) { Ok(geo) } else { Err(missing()) }
     }
 }
 
@@ -298,10 +300,11 @@ impl<'a> Tokens<'a> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{OpenOptions, Window, open};
+    use super::super::open;
+    use crate::raster::{OpenOptions, Window};
     use hedgehop_base::error::Result;
 
-    fn read(text: &str, cache_bytes: u64) -> Result<(super::RasterInfo, Vec<f64>)> {
+    fn read(text: &str, cache_bytes: u64) -> Result<(crate::raster::info::RasterInfo, Vec<f64>)> {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.asc");
         std::fs::write(&path, text).unwrap();
@@ -321,7 +324,7 @@ mod tests {
         .unwrap();
         assert_eq!(samples, [1.0, 2.0, 3.0, 4.0, 5.0, -1.0]);
         assert_eq!(info.geo, Some([10.0, 1.0, 0.0, 22.0, 0.0, -1.0]));
-        assert_eq!((info.sample, info.nodata), (super::SampleType::I32, Some(-1.0)));
+        assert_eq!((info.sample, info.nodata), (crate::raster::info::SampleType::I32, Some(-1.0)));
     }
 
     #[test]
@@ -331,7 +334,7 @@ mod tests {
         let value = |i: usize| format!("{:.3} ", i as f64 / 7.0);
         text.extend((0..2 * columns).map(value));
         let (info, samples) = read(&text, 1 << 20).unwrap();
-        assert_eq!(info.sample, super::SampleType::F32);
+        assert_eq!(info.sample, crate::raster::info::SampleType::F32);
         for (i, sample) in samples.iter().enumerate() {
             assert_eq!(*sample, f64::from(value(i).trim().parse::<f32>().unwrap()));
         }

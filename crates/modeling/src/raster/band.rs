@@ -2,43 +2,11 @@
 //!
 //! They stand in a TIFF's tag 42112 and in `FILE.aux.xml` beside a raster of any format, which counts where both speak, as in GDAL.
 
-use super::{RasterInfo, nodata};
+use super::nodata;
+use crate::raster::Band;
+use crate::raster::RasterInfo;
+use crate::raster::Role;
 use hedgehop_base::error::{Error, Result};
-
-/// Meaning of a band.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Role {
-    /// Nothing is said of it.
-    #[default]
-    Unknown,
-    /// Red light.
-    Red,
-    /// Green light.
-    Green,
-    /// Blue light.
-    Blue,
-    /// Opacity.
-    Alpha,
-    /// Place in a palette.
-    Palette,
-    /// Part of a colour that is told otherwise: by hue, by inks, by brightness and two differences.
-    OtherColour,
-    /// None of these, as is said.
-    Other,
-}
-
-/// Description of a band.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Band {
-    /// Role of the band.
-    pub role: Role,
-    /// Physical value = offset + scale · sample.
-    pub scale: f64,
-    /// See `scale`.
-    pub offset: f64,
-    /// Value of its own for no data.
-    pub nodata: Option<f64>,
-}
 
 impl Default for Band {
     fn default() -> Self {

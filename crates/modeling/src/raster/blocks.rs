@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::cache::{BlockCache, Weigh};
 use super::sample::{Pixels, Stride};
-use super::{Raster, RasterInfo, SampleType, Window};
+use crate::raster::{Raster, RasterInfo, SampleType, Window};
 use hedgehop_base::error::{Error, Result};
 
 /// Position of a block in the block grid; `plane` is the band if bands lie apart, otherwise 0.

@@ -10,8 +10,10 @@
 use super::blocks::BlockRaster;
 use super::columns::{GROUP, RasterColumns, plain_little_endian};
 use super::file::InputFile;
+use super::georeference;
 use super::sample::ByteOrder;
-use super::{OpenOptions, Raster, RasterInfo, SampleType, side};
+use super::side;
+use crate::raster::{OpenOptions, Raster, RasterInfo, SampleType};
 use hedgehop_base::error::{Error, Result};
 use hedgehop_geo::{Crs, VerticalCrs};
 
@@ -44,7 +46,7 @@ pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Ras
 
     let (left, right, bottom, top) = (double(28), double(36), double(44), double(52));
     let geo = [left, (right - left) / f64::from(width), 0.0, top, 0.0, (bottom - top) / f64::from(height)];
-    if !side::is_sound(&geo) {
+    if !georeference::is_sound(&geo) {
         return Err(invalid("states no sound extent at bytes 28 to 59; it is damaged".to_owned()));
     }
 

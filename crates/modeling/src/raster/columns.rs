@@ -3,7 +3,7 @@
 use super::blocks::{Block, BlockIndex, BlockSource};
 use super::file::InputFile;
 use super::sample::ByteOrder;
-use super::{RasterInfo, SampleType};
+use crate::raster::{RasterInfo, SampleType};
 use hedgehop_base::error::{Error, Result};
 
 /// Columns per block.

@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use super::file::InputFile;
-use super::{OpenOptions, Raster, ascii, bt, dted, ehdr, envi, hgt, mask, picture, raw, side, tiff};
+use super::{ascii, bt, dted, ehdr, envi, hgt, mask, picture, raw, side, tiff};
+use crate::raster::{OpenOptions, Raster};
 use hedgehop_base::error::{Error, Result};
 
 /// Bytes that decide.

@@ -12,7 +12,7 @@
 use super::blocks::BlockRaster;
 use super::columns::{GROUP, RasterColumns};
 use super::file::InputFile;
-use super::{OpenOptions, Raster, RasterInfo, SampleType};
+use crate::raster::{OpenOptions, Raster, RasterInfo, SampleType};
 use hedgehop_base::error::{Error, Result};
 use hedgehop_geo::{Crs, VerticalCrs, VerticalDatum};
 

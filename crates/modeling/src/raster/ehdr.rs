@@ -4,13 +4,15 @@
 //! `ULXMAP` and `ULYMAP` are the centre of the first pixel. What a header leaves out has the defaults of Esri: one band,
 //! band-interleaved by line, 8 bits; 16 bits without `PIXELTYPE` are signed, as in GTOPO30; `.flt` is 32-bit float.
 
+use super::georeference;
 use std::path::Path;
 
 use super::fields::TextFields;
 use super::file::InputFile;
 use super::raw::{RawRaster, RowStarts, SamplePlacement};
 use super::sample::ByteOrder;
-use super::{GeoTransform, Raster, RasterInfo, SampleType, nodata, side};
+use super::{nodata, side};
+use crate::raster::{GeoTransform, Raster, RasterInfo, SampleType};
 use hedgehop_base::error::{Error, Result};
 
 /// Opens the samples in `file` that the text of `header` describes.
@@ -123,5 +125,5 @@ fn geo(fields: &TextFields<'_>, rows: u32) -> Result<Option<GeoTransform>> {
         _ => return Ok(None),
     };
     let geo = [x, step_x, 0.0, y, 0.0, -step_y];
-    if side::is_sound(&geo) { Ok(Some(geo)) } else { Err(fields.wrong("cellsize", "0")) }
+    if georeference::is_sound(&geo) { Ok(Some(geo)) } else { Err(fields.wrong("cellsize", "0")) }
 }

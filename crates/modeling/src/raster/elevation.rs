@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 
 use super::nodata::matches;
-use super::{Raster, RasterInfo, SampleType, Window};
+use crate::raster::{Raster, RasterInfo, SampleType, Window};
 use hedgehop_base::error::{Error, Result};
 
 /// Heights on Earth, metres: the deepest sea is at −10 935 m, the highest summit at 8849 m.

@@ -5,6 +5,7 @@
 //! corner of the first pixel, to a place. The CRS is taken from `coordinate system string`, else from UTM or geographic
 //! WGS 84 in `map info`.
 
+use super::georeference;
 use std::collections::HashMap;
 use std::path::Path;
 
@@ -12,7 +13,8 @@ use super::fields::TextFields;
 use super::file::InputFile;
 use super::raw::{RawRaster, RowStarts, SamplePlacement};
 use super::sample::ByteOrder;
-use super::{GeoTransform, Raster, RasterInfo, SampleType, nodata, side};
+use super::{nodata, side};
+use crate::raster::{GeoTransform, Raster, RasterInfo, SampleType};
 use hedgehop_base::error::{Error, Result};
 use hedgehop_geo::Crs;
 
@@ -122,12 +124,12 @@ fn geo(fields: &TextFields<'_>) -> Result<Option<GeoTransform>> {
         return Err(Error::unsupported(fields.path, "states a rotation in map info", remedy));
     }
     let geo = [x - (column - 1.0) * width, width, 0.0, y + (row - 1.0) * height, 0.0, -height];
-    if side::is_sound(&geo) { Ok(Some(geo)) } else { Err(wrong()) }
+    if georeference::is_sound(&geo) { Ok(Some(geo)) } else { Err(wrong()) }
 }
 
 fn set_crs(fields: &TextFields<'_>, info: &mut RasterInfo) -> Result<()> {
     if let Some(wkt) = fields.text("coordinate system string").filter(|wkt| !wkt.is_empty()) {
-        side::set_crs(info, fields.path, wkt);
+        georeference::set_crs(info, fields.path, wkt);
         return Ok(());
     }
 

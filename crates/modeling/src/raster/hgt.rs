@@ -5,7 +5,7 @@
 use super::file::InputFile;
 use super::raw::{RawRaster, RowStarts, SamplePlacement};
 use super::sample::ByteOrder;
-use super::{GeoTransform, Raster, RasterInfo, SampleType};
+use crate::raster::{GeoTransform, Raster, RasterInfo, SampleType};
 use hedgehop_base::error::{Error, Result};
 use hedgehop_geo::{Crs, VerticalCrs, VerticalDatum};
 

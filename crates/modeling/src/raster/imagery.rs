@@ -11,9 +11,10 @@
 //! Colours that are multiplied by alpha (TIFF's associated alpha) are divided by it before anything else, since they are
 //! filtered with alpha later on; where alpha is 0 they are none.
 
+use super::Role;
 use super::elevation::sparse_windows;
 use super::nodata::matches;
-use super::{Raster, RasterInfo, Role, SampleType, Window};
+use crate::raster::{Raster, RasterInfo, SampleType, Window};
 use hedgehop_base::error::{Error, Result};
 
 /// Percentiles that become black and white.
@@ -277,9 +278,9 @@ fn choose(info: &RasterInfo, bands: Option<[u32; 3]>, notes: &mut Vec<String>) -
 
 #[cfg(test)]
 mod tests {
-    use super::super::band::Band;
     use super::super::testing::{Fixed, raster};
     use super::*;
+    use crate::raster::Band;
 
     fn pixels(raster: Fixed, bands: Option<[u32; 3]>) -> (Vec<[u8; 4]>, Vec<String>) {
         let width = raster.0.width;

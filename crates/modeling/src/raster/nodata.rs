@@ -1,6 +1,6 @@
 //! Values that mean "no data", as files spell them.
 
-use super::SampleType;
+use crate::raster::SampleType;
 
 /// Parses a nodata value as files spell it: `-9999`, ` -3.4e+38 `, `nan`, `-1.#QNAN`, `-9999,0`, `none`.
 /// The answer is rounded to the sample type, so that it compares equal with stored samples.

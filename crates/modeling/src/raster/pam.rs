@@ -3,6 +3,7 @@
 //! Read are colours, scale, offset, unit and no data of bands, and place and reference system where the raster has none.
 //! Statistics, histograms, overviews and tables of attributes change no value and are passed over.
 
+use super::georeference;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -10,7 +11,7 @@ use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 
 use super::band::{Statement, Subject};
-use super::{GeoTransform, RasterInfo, side};
+use crate::raster::{GeoTransform, RasterInfo};
 use hedgehop_base::document::unmarked;
 use hedgehop_base::error::{Error, Result};
 
@@ -112,7 +113,7 @@ impl TextPlace {
             ["PAMDataset", "GeoTransform"] => return self.transform(info, path),
             ["PAMDataset", "SRS"] => {
                 if info.crs.is_none() && info.crs_problem.is_none() && !self.text.trim().is_empty() {
-                    side::set_crs(info, path, self.text.trim());
+                    georeference::set_crs(info, path, self.text.trim());
                 }
                 return Ok(());
             }
@@ -126,7 +127,8 @@ impl TextPlace {
     fn transform(&self, info: &mut RasterInfo, path: &Path) -> Result<()> {
         let numbers: Option<Vec<f64>> =
             self.text.split(',').map(|number| number.trim().parse().ok()).collect();
-        let geo = numbers.and_then(|numbers| GeoTransform::try_from(numbers).ok()).filter(side::is_sound);
+        let geo =
+            numbers.and_then(|numbers| GeoTransform::try_from(numbers).ok()).filter(georeference::is_sound);
         let geo =
             geo.ok_or_else(|| Error::invalid(path, "states a GeoTransform that is none; mend or remove it"))?;
         match info.geo {

@@ -4,10 +4,11 @@
 //! PNG samples come as stored: 16-bit heights stay 16-bit, and the transparent grey of a `tRNS` chunk is the
 //! nodata value, as in GDAL; a transparent colour becomes alpha. JPEG is converted to RGB by its decoder.
 
-use super::band::{Band, Role};
 use super::blocks::{Block, BlockIndex, BlockRaster, BlockSource};
 use super::file::InputFile;
-use super::{OpenOptions, Raster, RasterInfo, SampleType, side};
+use super::side;
+use crate::raster::{Band, Role};
+use crate::raster::{OpenOptions, Raster, RasterInfo, SampleType};
 use hedgehop_assets::picture::{self, Fault, Format, Header, Transparency};
 use hedgehop_base::error::{Error, Result};
 

@@ -3,7 +3,7 @@
 use super::blocks::prepare;
 use super::file::InputFile;
 use super::sample::{ByteOrder, Pixels, Stride};
-use super::{OpenOptions, Raster, RasterInfo, SampleType, Window};
+use crate::raster::{OpenOptions, Raster, RasterInfo, SampleType, Window};
 use hedgehop_base::error::{Error, Result};
 
 /// Placement of the samples. The sample of a column, row and band begins at

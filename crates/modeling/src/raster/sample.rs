@@ -1,6 +1,6 @@
 //! Sample types: sizes, names, widening to `f64`.
 
-use super::SampleType;
+use crate::raster::SampleType;
 
 impl SampleType {
     /// Size of one sample, bytes.

@@ -1,13 +1,14 @@
 //! Files beside a raster: world files and `.prj`.
 
+use super::georeference::set_crs;
 use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use super::{GeoTransform, RasterInfo, pam};
+use super::pam;
+use crate::raster::{GeoTransform, RasterInfo};
 use hedgehop_base::document::unmarked;
 use hedgehop_base::error::{Error, Result};
-use hedgehop_geo::{Crs, LocalSystem};
 
 /// Side files are short; anything beyond is not what it claims to be.
 const LONGEST: u64 = 1 << 20;
@@ -51,21 +52,6 @@ pub(super) fn complete(info: &mut RasterInfo) -> Result<()> {
     Ok(())
 }
 
-/// Takes the CRS that a text in `source` states, or notes why it cannot be taken.
-pub(super) fn set_crs(info: &mut RasterInfo, source: &Path, wkt: &str) {
-    if info.local.is_none() {
-        info.local = LocalSystem::from_wkt(wkt);
-    }
-    match Crs::with_vertical_from_text(wkt) {
-        Ok((crs, vertical)) => {
-            info.crs = Some(crs);
-            info.vertical = std::mem::take(&mut info.vertical).or(vertical.unwrap_or_default());
-        }
-        Err(problem) if source == info.path => info.crs_problem = Some(problem),
-        Err(problem) => info.crs_problem = Some(format!("in {}: {problem}", source.display())),
-    }
-}
-
 /// Georeferencing from a world file beside `path`: `x.pgw`, `x.pngw` or `x.wld` for `x.png`.
 fn world_file(path: &Path) -> Result<Option<GeoTransform>> {
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
@@ -90,12 +76,6 @@ fn parse_world_file(path: &Path, text: &str) -> Result<GeoTransform> {
         .filter(|numbers| numbers.iter().all(|n| n.is_finite()))
         .ok_or_else(|| Error::invalid(path, "is no world file: six numbers, one per line, are expected"))?;
     Ok([x - (x_column + x_row) / 2.0, x_column, x_row, y - (y_column + y_row) / 2.0, y_column, y_row])
-}
-
-/// A transform that takes pixels to distinct places.
-pub(super) fn is_sound(geo: &GeoTransform) -> bool {
-    let determinant = geo[1] * geo[5] - geo[2] * geo[4];
-    geo.iter().all(|n| n.is_finite()) && determinant != 0.0 && determinant.is_finite()
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{Raster, RasterInfo, SampleType, Window};
+use crate::raster::{Raster, RasterInfo, SampleType, Window};
 use hedgehop_base::error::Result;
 
 /// What it says of itself, and its samples, interleaved by pixel.

@@ -7,8 +7,8 @@ use toml::Spanned;
 use toml::de::DeValue;
 
 use super::fields::{Fields, Mistakes};
-use super::tables::{OneOrMany, crs, files};
 use crate::features::colour;
+use crate::recipe::files::{OneOrMany, crs, files};
 use crate::{Finish, LandCoverFile, Materials, Scheme};
 use hedgehop::voxel::Material;
 

@@ -7,7 +7,7 @@ use serde::de::{DeserializeOwned, IntoDeserializer};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::Mistake;
+use crate::recipe::Mistake;
 use hedgehop_base::document::{Reading, plain};
 
 /// All that is wrong with a file, in the order in which it was found.

@@ -6,29 +6,30 @@
 //! A recipe says what the flags of a build say, file by file, and stays when the command is long forgotten (Hughes 1994: the data base modelling and
 //! analysis system). Names of files count from its folder, so that a folder can be moved as it is.
 
+mod contents;
 mod cover;
 mod fields;
+mod files;
 mod objects;
 mod pattern;
+mod route;
 mod synthetic;
 mod tables;
 #[cfg(test)]
 mod tests;
 mod words;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use toml::de::DeTable;
 
-use crate::{
-    BuildOptions, Corridor, Input, Outline, Place, Route, check_name, check_shadows, faults, outline,
-};
+use crate::{Corridor, Input, Outline, check_name, check_shadows, faults, outline};
+pub use contents::{Mistake, Recipe};
 use fields::{Fields, Mistakes};
-use hedgehop::flight::{Fix, Horizontal, ReadOptions, read_track};
-use hedgehop::sunlight::SunSetting;
 use hedgehop_base::document::{self, Kind, Reading};
 use hedgehop_base::error::{Error, Result};
 pub use pattern::matching;
+pub use route::route;
 use words::key_of_place;
 pub use words::{InKeys, error_in_keys, in_keys};
 
@@ -36,49 +37,6 @@ const RECIPE: Kind = Kind { name: "recipe", manual: "docs/recipe.md" };
 
 /// A recipe with all of its keys, most of them commented out.
 pub const TEMPLATE: &str = include_str!("template.toml");
-
-/// Recipe of a database.
-#[derive(Debug)]
-pub struct Recipe {
-    /// The file.
-    pub path: PathBuf,
-    /// Options of the build; memory, threads and whether to replace the database are not for recipes.
-    pub options: BuildOptions,
-    /// The sun whose shadows go into the colours, if any does.
-    pub shadows: Option<SunSetting>,
-    lines: Lines,
-}
-
-/// Lines of a recipe by what they say, from 1 on.
-#[derive(Debug, Clone, Default)]
-struct Lines {
-    /// Lines of every file, in their order.
-    clouds: Vec<usize>,
-    elevation: Vec<usize>,
-    imagery: Vec<usize>,
-    features: Vec<usize>,
-    land_cover: Vec<usize>,
-    objects: Vec<usize>,
-    scatters: Vec<usize>,
-    /// Lines of every shape and every pattern.
-    terrain: Vec<usize>,
-    textures: Vec<usize>,
-    /// Lines of every corridor.
-    corridors: Vec<usize>,
-    /// Lines of the table `[place]`, and of its keys.
-    place: usize,
-    keys: Vec<(&'static str, usize)>,
-    shadows: usize,
-}
-
-/// Something that is wrong with a recipe.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Mistake {
-    /// Number of the line, from 1 on.
-    pub line: usize,
-    /// Fault of the line, and what helps.
-    pub what: String,
-}
 
 impl std::fmt::Display for Mistake {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -254,17 +212,4 @@ fn refused(path: &Path, met: Option<&Mistake>, count: usize) -> Error {
     let more = count.saturating_sub(1);
     let rest = format!(" (and {more} more: `hedgehop recipe check {}` tells all)", path.display());
     Error::invalid(path, if more > 0 { met + &rest } else { met })
-}
-
-/// Reads the route of a path file over the ground.
-///
-/// # Errors
-/// A file that is no path.
-pub fn route(file: &Path, options: &ReadOptions) -> Result<Route> {
-    let place = |fix: &Fix| match fix.horizontal {
-        Horizontal::LonLat(longitude, latitude) => Place::LonLat(longitude, latitude),
-        Horizontal::Xy(x, y) => Place::Xy(x, y),
-    };
-    let track = read_track(file, options)?;
-    Ok(Route { file: file.to_owned(), places: track.fixes.iter().map(place).collect() })
 }

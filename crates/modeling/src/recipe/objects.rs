@@ -7,9 +7,9 @@ use toml::Spanned;
 
 use super::cover::named;
 use super::fields::Fields;
-use super::tables::{OneOrMany, crs, file, files};
 use crate::Materials;
 use crate::object::{BuiltIn, ObjectFile, ScatterFile, ScatterForm, Stance};
+use crate::recipe::files::{OneOrMany, crs, file, files};
 use hedgehop::voxel::Material;
 
 /// Square metres of a hectare.

@@ -4,11 +4,11 @@ use glam::DVec2;
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::Lines;
 use super::cover;
 use super::fields::Fields;
 use crate::Materials;
 use crate::features::{WATER, colour};
+use crate::recipe::contents::Lines;
 use crate::synthetic::{
     Circle, Detail, Hills, Palette, Pattern, PlateauTop, Roughness, Stop, Synthetic, Terrain, Texture,
 };

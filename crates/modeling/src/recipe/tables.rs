@@ -1,5 +1,9 @@
 //! The tables of a recipe, and what they may hold.
 
+use super::files::file;
+use crate::recipe::files::OneOrMany;
+use crate::recipe::files::crs;
+use crate::recipe::files::files;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -9,12 +13,14 @@ use toml::Spanned;
 use super::cover;
 use super::fields::{Fields, Mistakes};
 use super::objects;
-use super::pattern::matching;
 use super::synthetic::{HEIGHT, synthetic};
 use super::words::error_in_keys;
-use super::{Lines, Recipe, route};
 use crate::features::{Columns, FeatureClass, LayerOptions};
-use crate::raster::{OpenOptions, open};
+use crate::raster::OpenOptions;
+use crate::raster::open;
+use crate::recipe::Recipe;
+use crate::recipe::contents::Lines;
+use crate::recipe::route;
 use crate::{
     BuildOptions, CloudFile, Corridor, ElevationFile, FeatureFile, ImageryFile, Interpolation, NodataFill,
     check_shadows,
@@ -22,24 +28,7 @@ use crate::{
 use hedgehop::flight::ReadOptions;
 use hedgehop::sunlight::{SunSetting, written};
 use hedgehop_base::document::Reading;
-use hedgehop_geo::{Crs, VerticalDatum};
-
-/// One value, or several in brackets.
-#[derive(Deserialize)]
-#[serde(untagged, expecting = "a value, or several in brackets")]
-pub(super) enum OneOrMany<T> {
-    One(T),
-    Many(Vec<T>),
-}
-
-impl<T> OneOrMany<T> {
-    pub(super) fn into_vec(self) -> Vec<T> {
-        match self {
-            Self::One(one) => vec![one],
-            Self::Many(many) => many,
-        }
-    }
-}
+use hedgehop_geo::VerticalDatum;
 
 /// Treatment of voids.
 #[derive(Deserialize)]
@@ -252,38 +241,6 @@ fn interpolation(table: &mut Fields<'_, '_, '_>) -> Interpolation {
     let names = INTERPOLATIONS.map(|(known, _)| known).join(", ");
     let wanted = || format!("interpolation is one of {names}, not {:?}", name.get_ref());
     table.mistakes.check(&name.span(), known.ok_or_else(wanted)).unwrap_or_default()
-}
-
-/// A reference system, as text that is understood.
-pub(super) fn crs(table: &mut Fields<'_, '_, '_>) -> Option<String> {
-    let text = table.take::<String>("crs")?;
-    table.mistakes.check(&text.span(), Crs::from_user(text.get_ref()))?;
-    Some(text.into_inner())
-}
-
-/// Files by names that count from the recipe's folder, all of which exist.
-pub(super) fn files(table: &mut Fields<'_, '_, '_>, folder: &Path, example: &str) -> Vec<PathBuf> {
-    let Some(names) = table.need::<OneOrMany<String>>("file", example) else { return Vec::new() };
-    let span = names.span();
-    let names = names.into_inner().into_vec();
-    if names.is_empty() {
-        table.mistakes.add(&span, format!("file names none; write file = {example}"));
-    }
-    let found = names.into_iter().filter_map(|name| table.mistakes.check(&span, matching(folder, &name)));
-    found.flatten().filter_map(|path| file(table, &span, &path)).collect()
-}
-
-pub(super) fn file(
-    table: &Fields<'_, '_, '_>,
-    span: &std::ops::Range<usize>,
-    path: &Path,
-) -> Option<PathBuf> {
-    let found = match std::fs::metadata(path) {
-        Ok(found) if found.is_file() => Ok(path.to_owned()),
-        Ok(_) => Err(format!("{} is no file", path.display())),
-        Err(error) => Err(format!("cannot read {}: {error}", path.display())),
-    };
-    table.mistakes.check(span, found)
 }
 
 /// Reads the vertical datum, by its name.

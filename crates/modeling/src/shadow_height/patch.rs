@@ -2,11 +2,11 @@
 
 use glam::{DMat2, DVec2, dvec2};
 
-use super::super::inputs::Opened;
 use super::super::kernel::Samples;
-use super::super::raster::Window;
 use super::super::warp::RasterPlacement;
 use super::sunward::Sunward;
+use crate::opened::Opened;
+use crate::raster::Window;
 use hedgehop_base::colour::linear_of_codes;
 use hedgehop_base::error::{Error, Result};
 use hedgehop_geo::{Crs, Transform};

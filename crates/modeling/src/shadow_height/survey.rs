@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use glam::{DVec2, dvec2};
 
 use super::super::features::{Layer, foot_of};
-use super::super::inputs::{Inputs, file_name, open_rasters};
+use super::super::inputs::{Inputs, open_rasters};
 use super::super::options::BuildOptions;
 use super::super::workers::in_order;
 use super::answer::{Answer, Origin, ShadowHeight};
@@ -16,7 +16,8 @@ use super::patch::{Cut, PlacedRaster, RasterPatch};
 use super::row::{RowClaim, RowOutline};
 use super::site::{Neighbour, Reason, Seen, Site};
 use super::sunward::Sunward;
-use super::{ShadowOptions, ShadowReport};
+use crate::naming::file_name;
+use crate::shadow_height::{ShadowOptions, ShadowReport};
 use hedgehop::sunlight::{Sun, SunSetting};
 use hedgehop_base::error::{Error, Result};
 use hedgehop_base::progress::{Observer, Silent};

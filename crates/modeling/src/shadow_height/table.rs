@@ -8,8 +8,8 @@ use csv::{StringRecord, WriterBuilder};
 use serde_json::Value as Json;
 
 use super::super::features::{Area, OutlineTable, Row, Value};
-use super::ShadowReport;
 use super::write::{Change, changes};
+use crate::shadow_height::ShadowReport;
 use hedgehop_base::error::{Error, Result};
 
 /// Columns that are put in place or added.

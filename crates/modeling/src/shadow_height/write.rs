@@ -19,8 +19,8 @@ use serde_json::Value as Json;
 use serde_json::value::RawValue;
 
 use super::super::features::{Area, Geometry, Path, Row, Value};
-use super::ShadowReport;
 use super::answer::{Answer, Origin};
+use crate::shadow_height::ShadowReport;
 use hedgehop_base::document::unmarked;
 use hedgehop_base::error::{Error, Result};
 use hedgehop_geo::Crs;

@@ -9,6 +9,8 @@
 //! All of it is a function of the place and of the level's voxels alone, and is made of `noise` that is the same on every machine.
 //! After Nack et al., US 5,317,689 (1994): synthetic surfaces, random fractals as a transform of elevation, textures and palettes.
 
+mod detail;
+mod lattice;
 mod line;
 pub(super) mod noise;
 mod palette;
@@ -18,9 +20,10 @@ mod texture;
 
 use glam::DVec2;
 
+pub use detail::{Detail, Roughness};
+pub(super) use lattice::Lattice;
 pub use palette::{Palette, Stop};
-pub use refine::{Detail, Roughness};
-pub(super) use refine::{Energies, Lattice, Refinement};
+pub(super) use refine::{Energies, Refinement};
 pub use shapes::{Circle, Hills, PlateauTop, Terrain};
 pub use texture::{Pattern, Texture};
 

@@ -11,42 +11,22 @@
 //! that posts can hold. A surface whose profiles have power f^−β goes on as it is if the roughness is 2^−(β−1)/2; curvatures over one and over two
 //! posts measure it: their mean squares are as roughness² to 1. Posts on level ground (water) have waves of no height.
 
-use glam::DVec2;
+use crate::synthetic::Detail;
+use crate::synthetic::Lattice;
+use crate::synthetic::Roughness;
 use serde::{Deserialize, Serialize};
 
-use super::super::inputs::Opened;
 use super::super::kernel::Samples;
 use super::super::placed::ElevationInput;
-use super::super::raster::Window;
-use super::super::warp;
 use super::noise::Waves;
+use crate::raster::Window;
 use hedgehop_base::error::Result;
-
-/// Detail below the posts of elevation.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Detail {
-    /// Seed that picks one detail among all alike.
-    pub seed: u64,
-    /// Roughness of the detail.
-    pub roughness: Roughness,
-    /// Most that it adds or takes away, metres; `None`: a quarter of the distance of posts.
-    pub limit_m: Option<f64>,
-}
 
 impl Detail {
     /// Most that it adds to posts so many metres apart, metres.
     pub(crate) fn most(&self, apart: f64) -> f64 {
         self.limit_m.unwrap_or(LIMIT * apart)
     }
-}
-
-/// Height of waves half as long, as a share.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Roughness {
-    /// Roughness of elevation at its finest.
-    Auto,
-    /// 0 < share < 1: 0.5 is smooth, 0.7 rough.
-    Given(f64),
 }
 
 /// Length of the first waves, in posts.
@@ -92,39 +72,6 @@ impl Energies {
     pub fn roughness(&self) -> f64 {
         let roughness = (self.near / self.far).sqrt();
         if roughness.is_nan() { USUAL } else { roughness.clamp(MEASURED.0, MEASURED.1) }
-    }
-}
-
-/// Lattice of a raster's posts on the ground.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Lattice {
-    /// Column and row of the origin of its reference system, so that tiles of one lattice have the same waves.
-    origin: DVec2,
-    /// Sides of a pixel along columns and rows, in sides of the square of its area.
-    pitch: DVec2,
-}
-
-impl Lattice {
-    /// Squares from the reference system's origin on.
-    pub const SQUARES: Self = Self { origin: DVec2::ZERO, pitch: DVec2::ONE };
-
-    /// Builds the lattice of a raster whose pixels are, at its centre, `sides` metres along columns and rows.
-    pub fn of(raster: &Opened<f64>, sides: Option<(f64, f64)>) -> Self {
-        let origin = warp::invert(&raster.geo)
-            .map_or((0.0, 0.0), |pixel_from_source| warp::apply(&pixel_from_source, 0.0, 0.0));
-        // Of so many parts, so that neighbouring tiles agree.
-        const PARTS: f64 = 1024.0;
-        let pitch = sides.map_or(DVec2::ONE, |(across, down)| {
-            let aspect = ((across / down).sqrt() * PARTS).round() / PARTS;
-            DVec2::new(aspect, 1.0 / aspect)
-        });
-        let usable = |pitch: &DVec2| pitch.is_finite() && pitch.min_element() > 0.0;
-        Self { origin: origin.into(), pitch: Some(pitch).filter(usable).unwrap_or(DVec2::ONE) }
-    }
-
-    /// Place of a pixel position, whole numbers at posts, in mean distances of posts.
-    fn place(&self, column: f64, row: f64) -> DVec2 {
-        (DVec2::new(column, row) + 0.5 - self.origin) * self.pitch
     }
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use glam::DVec2;
 
 use super::support::{Area, built, north_up, sheet, terrain, try_build};
-use crate::inputs::Opened;
+use crate::opened::Opened;
 use crate::{BuildOptions, Corridor, NodataFill, Place, Route};
 use hedgehop::voxel::{Grid, PAGE_SIDE, PageId, PageSource, Relief, verify};
 use hedgehop_base::progress::Silent;

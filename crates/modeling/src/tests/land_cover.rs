@@ -3,12 +3,14 @@
 use glam::DVec2;
 
 use super::support::{Area, north_up, options, sheet, terrain};
+use crate::BuildOptions;
 use crate::budget::Budget;
-use crate::corridor::{Corridor, Place, Route};
-use crate::inputs::{Inputs, Opened};
-use crate::land_cover::{LandCoverFile, SampleClass, Scheme};
-use crate::materials::{Finish, Materials};
-use crate::options::BuildOptions;
+use crate::inputs::Inputs;
+use crate::land_cover::SampleClass;
+use crate::opened::Opened;
+use crate::{Corridor, Place, Route};
+use crate::{Finish, Materials};
+use crate::{LandCoverFile, Scheme};
 use crate::{build, warp};
 use hedgehop::voxel::{Attributes, Material, PAGE_SIDE, PageId, PageSource};
 use hedgehop_base::progress::Silent;

@@ -9,8 +9,8 @@ use std::path::{Path, PathBuf};
 use glam::DVec2;
 
 use super::support::{Area, options};
+use crate::BuildOptions;
 use crate::object::{BuiltIn, ObjectFile, ScatterFile, ScatterForm, Stance};
-use crate::options::BuildOptions;
 use crate::synthetic::Terrain;
 use crate::{BuildReport, Finish, Materials, build};
 use hedgehop::voxel::{Material, PageSource};

@@ -10,7 +10,7 @@ use hedgehop_base::colour::{linear_from_srgb8, srgb8_from_linear};
 use hedgehop_base::progress::Silent;
 use hedgehop_geo::Crs;
 
-fn ground() -> Vec<crate::inputs::Opened<f64>> {
+fn ground() -> Vec<crate::opened::Opened<f64>> {
     vec![terrain(&Crs::local(), north_up(0.0, 640.0, 10.0), (64, 64), |_, _| 100.0)]
 }
 
@@ -172,7 +172,7 @@ fn abutting_pictures_join_without_a_line() {
 }
 
 /// Of one colour, with its north-west corner at (x, 640).
-fn plain(x: f64, size: (u32, u32), colour: [u8; 3]) -> crate::inputs::Opened<[u8; 4]> {
+fn plain(x: f64, size: (u32, u32), colour: [u8; 3]) -> crate::opened::Opened<[u8; 4]> {
     let [red, green, blue] = colour;
     sheet(&Crs::local(), north_up(x, 640.0, 10.0), size, move |_, _| [red, green, blue, 255])
 }

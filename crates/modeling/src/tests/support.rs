@@ -2,11 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::BuildOptions;
 use crate::budget::Budget;
 use crate::build;
-use crate::inputs::{Inputs, Opened};
+use crate::inputs::Inputs;
 use crate::kernel::Samples;
-use crate::options::BuildOptions;
+use crate::opened::Opened;
 use crate::raster::{GeoTransform, Window};
 use hedgehop::voxel::{Attributes, Grid, MemPages, PAGE_SIDE, PageId, PageSource};
 use hedgehop_base::error::Result;

@@ -3,11 +3,11 @@
 use glam::DVec2;
 
 use super::support::{Area, built, north_up, sheet, terrain, try_build};
-use crate::options::{BuildOptions, Interpolation};
 use crate::synthetic::{
     Circle, Detail, Hills, Palette, Pattern, PlateauTop, Roughness, Stop, Synthetic, Terrain, Texture,
 };
 use crate::warp::{LevelGrid, Rect};
+use crate::{BuildOptions, Interpolation};
 use hedgehop::voxel::Grid;
 use hedgehop::voxel::Material;
 use hedgehop_geo::Crs;

@@ -157,4 +157,4 @@ impl Annulus {
 }
 
 /// Rows and planes around a cone that interpolation and rounding may touch.
-const MARGIN: f64 = 2.5;
+pub(super) const MARGIN: f64 = 2.5;

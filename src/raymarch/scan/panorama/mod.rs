@@ -21,7 +21,7 @@
 mod annulus;
 mod directions;
 
-use crate::raymarch::scan::upright::MARGIN;
+use self::annulus::MARGIN;
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::ops::Range;
 use std::sync::Arc;

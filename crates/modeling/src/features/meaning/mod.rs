@@ -58,7 +58,7 @@ const MOST_DOUBTS: usize = 20;
 
 /// A sentence for each attribute that is said to hold something, and which no row has.
 pub fn unknown_columns(layer: &Layer, options: &LayerOptions) -> Vec<String> {
-    let file = super::super::inputs::file_name(&layer.path);
+    let file = crate::naming::file_name(&layer.path);
     let is_unknown = |name: &&str| !layer.rows.iter().any(|row| row.attributes.get(name).is_some());
     let unknown = options.columns.names().filter(is_unknown);
     unknown
@@ -68,7 +68,7 @@ pub fn unknown_columns(layer: &Layer, options: &LayerOptions) -> Vec<String> {
 
 /// Interprets the rows of a layer: meanings by their places in it, and notes on what was passed over or left out.
 pub fn interpret_all(layer: &Layer, options: &LayerOptions) -> (Vec<(usize, Meaning)>, Vec<String>) {
-    let file = super::super::inputs::file_name(&layer.path);
+    let file = crate::naming::file_name(&layer.path);
     let (mut meanings, mut notes, mut doubtful, mut left_out) =
         (Vec::new(), Vec::new(), 0, LeftOut::default());
     notes.extend(unknown_columns(layer, options));

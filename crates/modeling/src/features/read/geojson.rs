@@ -16,7 +16,8 @@ use serde::de::{Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde_json::Value as Json;
 
 use super::super::layer::{Area, Attributes, Geometry, Path, Row, Value};
-use super::{FoundRows, hstore, rings};
+use super::{hstore, rings};
+use crate::features::read::found::FoundRows;
 use hedgehop_base::document::unmarked;
 use hedgehop_base::error::{Error, Result};
 use hedgehop_geo::Crs;
@@ -174,7 +175,10 @@ pub(super) fn read(path: &std::path::Path, mut text: Vec<u8>) -> Result<FoundRow
 
     for object in serde_json::Deserializer::from_slice(text).into_iter::<Object>() {
         let object = object.map_err(|error| {
-            Error::invalid(path, format!("{}: this is no GeoJSON", super::plain(&error.to_string())))
+            Error::invalid(
+                path,
+                format!("{}: this is no GeoJSON", crate::features::read::found::plain(&error.to_string())),
+            )
         })?;
         if let Some(crs) = &object.crs {
             stated = Some(crs.clone());

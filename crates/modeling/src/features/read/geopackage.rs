@@ -11,7 +11,8 @@ use std::sync::Arc;
 
 use super::super::layer::{Attributes, Geometry, Row, Value};
 use super::sqlite::{Database, SqlCell, SqlTable};
-use super::{FoundRows, hstore, wkb};
+use super::{hstore, wkb};
+use crate::features::read::found::FoundRows;
 use hedgehop_base::error::{Error, Result};
 use hedgehop_geo::Crs;
 

@@ -10,6 +10,7 @@
 //! and no byte of it can make them panic or go round in circles.
 
 mod bytes;
+mod found;
 mod geojson;
 mod geopackage;
 mod hstore;
@@ -25,31 +26,16 @@ mod wkb;
 
 pub(in super::super) use outlines::OutlineTable;
 
-use std::fs::{self, File};
+use crate::features::read::found::whole;
+use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use super::super::inputs::contradiction;
-use super::layer::{Layer, LayerOptions, LeftOut, Row, bounds};
+use super::layer::{Layer, LayerOptions, bounds};
+use crate::naming::contradiction;
 use hedgehop_base::document::unmarked;
 use hedgehop_base::error::{Error, Result};
 use hedgehop_geo::Crs;
-
-/// Largest GeoJSON and Shapefile, bytes: they are read whole. GeoPackages are read page by page.
-const MOST_BYTES: u64 = 2 << 30;
-
-/// Findings of every reader.
-#[derive(Debug, Default)]
-struct FoundRows {
-    rows: Vec<Row>,
-    left_out: LeftOut,
-    /// Notes, as what follows the file's name.
-    notes: Vec<String>,
-    /// Reference system that the file states.
-    crs: Option<Crs>,
-    /// Reference system that its format means where neither it nor the options say.
-    otherwise: Option<Crs>,
-}
 
 /// Reads a file of features.
 ///
@@ -72,7 +58,7 @@ pub fn read(path: &Path, options: &LayerOptions) -> Result<Layer> {
         return Err(Error::invalid(path, format!("{all} {are} of no use: {reason}")));
     }
 
-    let file = super::super::inputs::file_name(path);
+    let file = crate::naming::file_name(path);
     let mut notes: Vec<String> = found.notes.iter().map(|note| format!("{file}: {note}")).collect();
     let crs = match (&found.crs, &options.crs, found.otherwise) {
         (Some(crs), given, _) => {
@@ -157,19 +143,6 @@ fn kind_of(path: &Path) -> Result<FileKind> {
     })
 }
 
-/// All bytes of a file that is not too large for that.
-fn whole(path: &Path) -> Result<Vec<u8>> {
-    let length = fs::metadata(path).map_err(|error| Error::io(path, "read", error))?.len();
-    if length > MOST_BYTES {
-        return Err(Error::unsupported(
-            path,
-            format!("has {length} bytes, more than {MOST_BYTES}"),
-            "convert it: ogr2ogr -f GPKG FEATURES.gpkg FILE",
-        ));
-    }
-    fs::read(path).map_err(|error| Error::io(path, "read", error))
-}
-
 /// Refuses coordinates that cannot be what the reference system says.
 fn plausible(path: &Path, crs: &Crs, [west, south, east, north]: [f64; 4]) -> Result<()> {
     let extent = format!("its coordinates, {west} … {east} east and {south} … {north} north,");
@@ -195,9 +168,4 @@ fn plausible(path: &Path, crs: &Crs, [west, south, east, north]: [f64; 4]) -> Re
     }
 
     Ok(())
-}
-
-/// A message of other code, in one line of bounded length.
-fn plain(message: &str) -> String {
-    message.chars().take(200).map(|c| if c.is_control() { ' ' } else { c }).collect()
 }

@@ -13,7 +13,8 @@ use csv::{ReaderBuilder, StringRecord, Trim};
 use glam::{DVec2, dvec2};
 
 use super::super::layer::{Attributes, Geometry, Path, Row, Value};
-use super::{FoundRows, plain, rings};
+use super::rings;
+use crate::features::read::found::{FoundRows, plain};
 use hedgehop_base::document::unmarked;
 use hedgehop_base::error::{Error, Result};
 use hedgehop_geo::Crs;

@@ -17,8 +17,9 @@ use glam::dvec2;
 
 use super::super::layer::{Attributes, Geometry, Path, Row};
 use super::bytes::{Bytes, Order};
+use super::rings;
 use super::table::Table;
-use super::{FoundRows, rings, whole};
+use crate::features::read::found::{FoundRows, whole};
 use hedgehop_base::error::{Error, Result};
 use hedgehop_geo::Crs;
 

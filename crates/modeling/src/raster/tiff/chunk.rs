@@ -16,10 +16,11 @@ use tiff::decoder::{Decoder, Limits};
 use super::super::blocks::{Block, BlockIndex, BlockSource};
 use super::super::file::InputFile;
 use super::super::sample::ByteOrder;
-use super::super::{RasterInfo, SampleType};
 use super::codec::{self, Size};
 use super::table::TableShape;
-use super::{TiffLayout, compression, tag};
+use crate::raster::tiff::layout::TiffLayout;
+use crate::raster::tiff::tags::{compression, tag};
+use crate::raster::{RasterInfo, SampleType};
 use hedgehop_base::error::{Error, Result};
 
 /// A window that a Zstandard frame may always claim, bytes (what every decoder must support; RFC 8878, §3.1.1.1.2).

@@ -9,7 +9,7 @@ use flate2::read::ZlibDecoder;
 use weezl::decode::Configuration;
 use weezl::{BitOrder, LzwStatus};
 
-use super::compression;
+use crate::raster::tiff::tags::compression;
 
 /// Bytes of a chunk's samples.
 #[derive(Debug, Clone, Copy)]

@@ -3,10 +3,11 @@
 
 use super::super::blocks::BlockRaster;
 use super::super::file::InputFile;
-use super::super::{OpenOptions, Raster, RasterInfo};
 use super::chunk::ChunkedTiff;
 use super::ifd::Directory;
-use super::{AS_TILES, DirectoryMeaning, TiffLayout, tag};
+use crate::raster::tiff::layout::{AS_TILES, DirectoryMeaning, TiffLayout};
+use crate::raster::tiff::tags::tag;
+use crate::raster::{OpenOptions, Raster, RasterInfo};
 use hedgehop_base::error::{Error, Result};
 
 /// Directories looked at; overviews halve the size, so no sound file has more.

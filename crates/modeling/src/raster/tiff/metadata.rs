@@ -1,9 +1,11 @@
 //! Metadata of a GeoTIFF besides the layout of its samples: place, CRS, nodata, scale, units.
 
 use super::super::band::{Statement, Subject};
-use super::super::{GeoTransform, RasterInfo, nodata, side};
+use super::super::georeference;
+use super::super::nodata;
 use super::ifd::Directory;
-use super::tag;
+use crate::raster::tiff::tags::tag;
+use crate::raster::{GeoTransform, RasterInfo};
 use hedgehop_base::error::{Error, Result};
 use hedgehop_geo::parse_geokeys;
 
@@ -73,7 +75,7 @@ fn geo(info: &RasterInfo, directory: &Directory<'_>) -> Result<Option<GeoTransfo
         geo[3] -= (geo[4] + geo[5]) / 2.0;
     }
 
-    if side::is_sound(&geo) {
+    if georeference::is_sound(&geo) {
         Ok(Some(geo))
     } else {
         Err(directory.wrong(tag::MODEL_PIXEL_SCALE, "and its tie point state no sound place"))

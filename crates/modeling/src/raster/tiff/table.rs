@@ -1,8 +1,9 @@
 //! Table of chunks, held against what they must hold: samples that are not compressed have no other check.
 
-use super::{TiffLayout, compression};
+use crate::raster::InputFile;
 use crate::raster::blocks::block_bytes;
-use crate::raster::file::InputFile;
+use crate::raster::tiff::layout::TiffLayout;
+use crate::raster::tiff::tags::compression;
 use hedgehop_base::error::{Error, Result};
 
 /// Size of one stored chunk.

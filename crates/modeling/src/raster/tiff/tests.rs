@@ -2,8 +2,9 @@
 
 use std::path::PathBuf;
 
-use super::super::{ImageryRaster, OpenOptions, Raster, RasterInfo, Role, Window, open};
-use super::tag;
+use super::super::{ImageryRaster, Role, open};
+use crate::raster::tiff::tags::tag;
+use crate::raster::{OpenOptions, Raster, RasterInfo, Window};
 use hedgehop_base::error::Result;
 
 /// A value of a tag: type code and bytes, little-endian.

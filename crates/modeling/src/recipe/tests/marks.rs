@@ -3,9 +3,10 @@
 use std::fs;
 use std::path::Path;
 
-use super::super::Recipe;
 use crate::features::{LayerOptions, read as read_features};
-use crate::raster::{OpenOptions, Window, open};
+use crate::raster::open;
+use crate::raster::{OpenOptions, Window};
+use crate::recipe::Recipe;
 use hedgehop::flight::{ReadOptions, read_track};
 use hedgehop_base::error::Result;
 use hedgehop_geo::Crs;

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::build;
+use crate::options::BuildOptions;
 use hedgehop_base::progress::Silent;
 
 /// What a check tells of a sound recipe, besides what it assumed.

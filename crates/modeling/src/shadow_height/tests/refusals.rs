@@ -4,8 +4,9 @@ use std::fs;
 
 use time::macros::datetime;
 
-use super::super::{ShadowOptions, shadow_heights};
+use super::super::shadow_heights;
 use super::rows::options;
+use crate::shadow_height::ShadowOptions;
 use hedgehop::sunlight::{Sun, SunSetting};
 use hedgehop_base::error::Error;
 use hedgehop_base::progress::{Observer, Silent};

@@ -5,8 +5,9 @@ use std::path::PathBuf;
 
 use tempfile::TempDir;
 
-use super::super::{Answer, ShadowOptions, ShadowReport, shadow_heights};
+use super::super::{Answer, shadow_heights};
 use crate::features::{self, LayerOptions, Value};
+use crate::shadow_height::{ShadowOptions, ShadowReport};
 use hedgehop::sunlight::{Sun, SunSetting};
 use hedgehop_base::progress::Silent;
 

@@ -5,7 +5,7 @@
 use glam::{DVec2, DVec3, dvec2};
 
 use super::super::super::kernel::Samples;
-use super::super::super::raster::Window;
+use crate::raster::Window;
 use hedgehop_base::error::Result;
 
 /// Numbers that follow from a seed (Steele, Lea and Flood 2014, splitmix64).

@@ -1,17 +1,18 @@
 //! Keys of pages.
 
-use super::{BuildCache, Key, Keyer};
+use crate::build_cache::{BuildCache, Key, Keyer};
 use crate::feather::Sheets;
 use crate::feature_solids::FeatureSolids;
-use crate::fill;
 use crate::footprint::Bounds;
-use crate::inputs::{Inputs, Opened};
+use crate::inputs::Inputs;
 use crate::land_cover::CoverInput;
 use crate::object::Objects;
-use crate::options::{BuildOptions, NodataFill};
+use crate::opened::Opened;
 use crate::placed::{ElevationInput, ImageryInput};
 use crate::plan::Plan;
+use crate::void_fill;
 use crate::warp::{LevelGrid, RasterPlacement, Rect};
+use crate::{BuildOptions, NodataFill};
 use hedgehop::voxel::{APRON, Grid, HeightCode, PAGE_SIDE, PageId, PageReadback, SharedObjects, finer_pages};
 use hedgehop_base::error::Result;
 use hedgehop_geo::VerticalDatum;
@@ -191,7 +192,7 @@ impl<'a> PageKeys<'a> {
         // Features ask for ground further away.
         let margin =
             self.feature_solids.and_then(|feature_solids| feature_solids.margin(around, &level)).unwrap_or(0);
-        let wide = around.grown(around_objects + margin + fill::REACH, &level.grid);
+        let wide = around.grown(around_objects + margin + void_fill::REACH, &level.grid);
         let here = self.sources.iter().filter(|(_, reach)| wide.meets(reach, &level.grid));
 
         here.fold(keyer, |keyer, (key, _)| keyer.with_key(*key))

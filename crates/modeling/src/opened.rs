@@ -1,0 +1,44 @@
+//! A source that was opened.
+
+use super::kernel::Samples;
+use crate::raster::GeoTransform;
+use hedgehop_geo::{Crs, VerticalDatum};
+use std::path::PathBuf;
+
+/// A raster and where it says it lies.
+pub(super) struct Opened<T> {
+    pub path: PathBuf,
+    pub samples: Box<dyn Samples<T>>,
+    /// Natural block (columns, rows) for reading.
+    pub block: (u32, u32),
+    pub geo: GeoTransform,
+    pub crs: Crs,
+    /// Datum of heights, as stated, given or assumed; means nothing for imagery.
+    pub datum: VerticalDatum,
+    pub description: String,
+    /// All that its side files and the user say of it, for keys of steps.
+    pub facts: String,
+}
+
+/// A part of a build.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Input {
+    /// A file of points, by its place in [`BuildOptions::clouds`].
+    Cloud(usize),
+    /// Elevation, by its place in [`BuildOptions::elevation`].
+    Elevation(usize),
+    /// Imagery, by its place in [`BuildOptions::imagery`].
+    Imagery(usize),
+    /// Land cover, by its place in [`BuildOptions::land_cover`].
+    LandCover(usize),
+    /// Features, by their place in [`BuildOptions::features`].
+    Features(usize),
+    /// Object, by its place in [`BuildOptions::objects`].
+    Object(usize),
+    /// Scatter, by its place in [`BuildOptions::scatters`].
+    Scatter(usize),
+    /// A shape of the ground, by its place in [`super::synthetic::Synthetic::terrain`].
+    Terrain(usize),
+    /// A pattern on it, by its place in [`super::synthetic::Synthetic::textures`].
+    Texture(usize),
+}
