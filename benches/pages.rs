@@ -6,6 +6,7 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
+
 use hedgehop::voxel::{MemPages, PageBuffer, PageId, PageSource, coarse_page};
 
 const FINEST: PageId = PageId { level: 0, px: 1, py: 1 };

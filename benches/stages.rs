@@ -8,6 +8,7 @@ use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::dvec3;
+
 use hedgehop::encode::{FrameInfo, encode_frame};
 use hedgehop::frame::Frame;
 use hedgehop::raymarch::{Column, GridRay, Marcher, Surface, SurfaceFilter, march_column};

@@ -11,6 +11,7 @@
 use std::path::Path;
 
 use glam::DVec3;
+
 use hedgehop::encode::{FrameInfo, write_frame};
 use hedgehop::memory::PageFile;
 use hedgehop::render::{RenderOptions, render_frame};

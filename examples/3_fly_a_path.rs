@@ -9,6 +9,7 @@
 use std::path::PathBuf;
 
 use glam::DVec2;
+
 use hedgehop::encode::{FrameInfo, write_frame};
 use hedgehop::flight::{BindOptions, ReadOptions, Trajectory, read_track};
 use hedgehop::geo::Crs;

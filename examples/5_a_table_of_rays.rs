@@ -13,6 +13,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use glam::DVec3;
+
 use hedgehop::colour::srgb8_picture;
 use hedgehop::encode::write_ray_table;
 use hedgehop::memory::PageFile;

@@ -4,13 +4,13 @@ use std::f64::consts::TAU;
 use std::sync::{Arc, LazyLock};
 
 use glam::{DVec2, DVec3};
+
 use hedgehop::frame::Frame;
 use hedgehop::raymarch::ground_height;
 use hedgehop::render::{Engine, RenderOptions, Renderer, render_reference};
 use hedgehop::space::{Attitude, Camera, Pose, RayTable, Screen};
 use hedgehop::subimage::Farm;
 use hedgehop::voxel::{Grid, MemPages, Metadata, PageSource, build_in_memory};
-
 use hedgehop_testing::Random;
 
 /// Posts of a side, and metres between them.

@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use glam::{DVec2, DVec3};
+
 use hedgehop::frame::Frame;
 use hedgehop::memory::{PageFile, ResidentPages};
 use hedgehop::raymarch::ground_height;

@@ -6,6 +6,7 @@ mod scene;
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
+
 use hedgehop::encode::{FrameInfo, encode_frame};
 use hedgehop::frame::Frame;
 use hedgehop::memory::PageFile;

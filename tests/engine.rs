@@ -3,13 +3,14 @@
 use std::sync::LazyLock;
 
 use glam::{DVec2, DVec3};
+use proptest::prelude::*;
+
 use hedgehop::frame::Frame;
 use hedgehop::render::{Engine, RenderOptions, Renderer, render_reference};
 use hedgehop::simd::Isa;
 use hedgehop::space::{Attitude, Camera, Pose};
 use hedgehop::subimage::{Farm, TaskSize};
 use hedgehop::voxel::{Grid, MemPages, Metadata, PageSource, build_in_memory};
-use proptest::prelude::*;
 
 fn hills() -> MemPages {
     let grid = Grid { nx: 600, ny: 600, spacing: 10.0, origin: DVec2::new(500_000.0, 4_000_000.0) };

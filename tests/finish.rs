@@ -4,6 +4,7 @@
 mod scene;
 
 use glam::{DVec2, DVec3, Vec3};
+
 use hedgehop::frame::Frame;
 use hedgehop::objects::{Body, Shape};
 use hedgehop::render::{Engine, Exposure, Moment, RenderOptions, Renderer};

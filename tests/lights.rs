@@ -6,6 +6,7 @@ mod scene;
 use std::sync::{Arc, LazyLock};
 
 use glam::{DVec2, DVec3, Vec3};
+
 use hedgehop::frame::Frame;
 use hedgehop::objects::{Beam, Body, Fixture, PointLight, Shape};
 use hedgehop::render::{Engine, Overlays, RenderOptions, Renderer};

@@ -4,12 +4,13 @@ mod hills;
 
 use std::fs;
 use std::path::Path;
-use std::sync::LazyLock;
-use std::sync::Mutex;
 use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{LazyLock, Mutex};
 use std::time::{Duration, Instant};
 
 use glam::{DVec2, DVec3};
+use tempfile::TempDir;
+
 use hedgehop::memory::{LOOKAHEAD, PageFile, PagePlanner, Paging, ResidentPages};
 use hedgehop::progress::Silent;
 use hedgehop::render::{Engine, LivePlan, RenderOptions, Renderer};
@@ -18,7 +19,6 @@ use hedgehop::subimage::Farm;
 use hedgehop::voxel::{Damaged, PageId, PageNeeds, PagePart, PageSource, Trust, Verify};
 use hedgehop::{Error, Result};
 use hills::write_hills;
-use tempfile::TempDir;
 
 /// Long enough for any machine to read a few megabytes.
 const PATIENCE: Duration = Duration::from_secs(60);

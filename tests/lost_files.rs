@@ -5,6 +5,7 @@ use std::fs::{self, OpenOptions};
 use std::path::Path;
 
 use glam::{DVec2, DVec3};
+
 use hedgehop::memory::{PageFile, ResidentPages, guard_mapped_files};
 use hedgehop::progress::Silent;
 use hedgehop::render::{Engine, RenderOptions, Renderer};

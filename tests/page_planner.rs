@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::{LazyLock, Mutex};
 
 use glam::{DVec2, DVec3};
+
 use hedgehop::Result;
 use hedgehop::raymarch::ground_height;
 use hedgehop::render::{RenderOptions, Renderer};
@@ -14,7 +15,6 @@ use hedgehop::voxel::{
     BoundsView, Grid, Header, HeightsView, MemPages, Metadata, PageId, PageNeeds, PagePart, PageSource,
     PageView, SpansView, build_in_memory,
 };
-
 use hedgehop_testing::Random;
 
 /// Posts of a side, and metres between them.

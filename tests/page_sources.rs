@@ -5,6 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use glam::{DVec2, DVec3};
+
 use hedgehop::Result;
 use hedgehop::memory::PageFile;
 use hedgehop::progress::Silent;

@@ -7,6 +7,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 use glam::DVec3;
+use tempfile::TempDir;
+
 use hedgehop::Result;
 use hedgehop::memory::{PageFile, Paging, ResidentPages};
 use hedgehop::progress::Silent;
@@ -15,7 +17,6 @@ use hedgehop::space::{Attitude, Camera, Pose};
 use hedgehop::subimage::{Batch, Farm};
 use hedgehop::voxel::{BoundsView, Header, HeightsView, PageId, PagePart, PageSource, PageView, SpansView};
 use hills::write_hills;
-use tempfile::TempDir;
 
 const FRAMES: u32 = 24;
 

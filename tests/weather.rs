@@ -6,6 +6,7 @@ mod scene;
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
+
 use hedgehop::colour::srgb8_picture;
 use hedgehop::objects::{Body, Shape};
 use hedgehop::render::{Engine, RenderOptions, Renderer};

@@ -19,8 +19,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStderr, ChildStdin, Command, ExitStatus, Stdio};
 use std::thread::JoinHandle;
 
-use crate::encode::FrameRate;
-use crate::encode::{atomic, read_picture};
+use crate::encode::{FrameRate, atomic, read_picture};
 use crate::frame::Picture;
 use hedgehop_base::error::{Error, Result};
 use hedgehop_base::progress::Observer;

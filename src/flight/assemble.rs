@@ -2,12 +2,7 @@
 
 use super::parts;
 use super::track::{Fix, Horizontal, Track};
-use crate::flight::raw::CLOCK;
-use crate::flight::raw::COORDINATE_LIMIT;
-use crate::flight::raw::DURATION_LIMIT;
-use crate::flight::raw::PathSource;
-use crate::flight::raw::RawFix;
-use crate::flight::raw::Reading;
+use crate::flight::raw::{CLOCK, COORDINATE_LIMIT, DURATION_LIMIT, PathSource, RawFix, Reading};
 use hedgehop_base::error::{Error, Result};
 
 /// Checks ranges and the order of times, drops fixes with the time of their predecessor, and starts the clock at 0.

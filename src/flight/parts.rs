@@ -4,12 +4,12 @@
 //! fixes of all parts ──--track N──▶ those of one ──--sort──▶ by time
 //! ```
 
-use crate::flight::raw::Recording;
 use std::ops::Range;
 
 use time::OffsetDateTime;
 
 use super::raw::{CLOCK, PathSource, RawFix, Reading};
+use crate::flight::raw::Recording;
 use hedgehop_base::error::{Error, Result};
 
 /// Parts that a sentence lists before it only counts them.

@@ -21,11 +21,10 @@
 )]
 
 use std::ffi::{c_int, c_void};
-use std::io;
 use std::ops::Range;
-use std::ptr;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering, fence};
 use std::sync::{Mutex, OnceLock, PoisonError};
+use std::{io, ptr};
 
 use hedgehop_base::error::{Error, Result};
 

@@ -18,7 +18,6 @@ use std::time::SystemTime;
 use memmap2::Mmap;
 
 use super::guard::Watch;
-
 use crate::voxel::{
     BoundsView, Directory, FileBytes, Header, HeightsView, PageId, PageSource, PageStore, PageView,
     SpansView, Touched, Trust, VerifyReport, open_to_read, verify,

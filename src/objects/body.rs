@@ -4,13 +4,12 @@ use std::sync::Arc;
 
 use glam::{DMat3, DVec3, Vec3};
 
+use super::lens::Line;
 use super::mesh::{Mesh, MeshHit};
 use super::model::Model;
 use super::shape::{Shape, Touch};
 use crate::earth::Curvature;
 use crate::space::{Attitude, Footprint};
-
-use super::lens::Line;
 
 /// Appearance of a body from all sides.
 #[derive(Debug, Clone)]

@@ -5,8 +5,6 @@ mod shares;
 
 pub use shares::BodyShare;
 
-use crate::objects::BodyLight;
-use crate::objects::PixelGround;
 use glam::{DVec2, Vec3};
 
 use super::body::{PlacedBody, SeenForm};
@@ -14,6 +12,7 @@ use super::plot::Plot;
 use super::ray_coverage::{Aim, Count, ONE_FACE, Pencil, RAYS, SeenFace};
 use super::sheet::Sheets;
 use super::view::{Hit, ShownBody, Square, nearest};
+use crate::objects::{BodyLight, PixelGround};
 use crate::simd::Isa;
 use crate::space::Ray;
 

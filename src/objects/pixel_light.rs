@@ -1,7 +1,8 @@
 //! Ground and bodies in a pixel.
 
-use super::view::Hit;
 use glam::{DVec2, Vec3};
+
+use super::view::Hit;
 
 /// The ground in a pixel, as a plane.
 #[derive(Debug, Clone, Copy, Default, bytemuck::Zeroable)]

@@ -1,7 +1,6 @@
 //! What stands on the ground against closed forms.
 
 use std::collections::BTreeMap;
-
 use std::sync::LazyLock;
 
 use glam::{DVec2, DVec3};

@@ -7,8 +7,7 @@ use crate::space::Camera;
 use crate::subimage::{Farm, Stage};
 use crate::voxel::PageSource;
 use crate::weather::Clouds;
-use crate::weather::clouds::CloudStage;
-use crate::weather::clouds::{CloudField, CloudLattice};
+use crate::weather::clouds::{CloudField, CloudLattice, CloudStage};
 use hedgehop_base::error::Result;
 
 /// Clouds of the weather, before what is behind them; ranges stay those of that.

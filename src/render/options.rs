@@ -8,8 +8,7 @@ use crate::sensor::VisualSensor;
 use crate::space::Camera;
 use crate::sunlight::{Brightness, Night, Shade, Shades, Sun};
 use crate::voxel::Header;
-use crate::weather::Atmosphere;
-use crate::weather::Weather;
+use crate::weather::{Atmosphere, Weather};
 use hedgehop_base::error::{Error, Result};
 
 /// Settings of a rendering: surface, sun, light, weather, haze, engine.

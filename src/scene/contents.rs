@@ -1,19 +1,18 @@
 //! Contents of a scene file.
 
+use std::path::PathBuf;
+
+use glam::DVec2;
+use serde::Deserialize;
+
 use crate::flight::Track;
 use crate::objects::Form;
-use crate::scene::Finish;
-use crate::scene::Hud;
-use crate::scene::Light;
-use crate::scene::Plume;
 use crate::scene::joint::Joint;
+use crate::scene::{Finish, Hud, Light, Plume};
 use crate::sunlight::{Night, Sky, SunSetting};
 use crate::weather::Weather;
-use glam::DVec2;
 use hedgehop_base::error::{Error, Result};
 use hedgehop_geo::Crs;
-use serde::Deserialize;
-use std::path::PathBuf;
 
 /// Light of a night sky.
 #[derive(Debug, Clone, Copy, PartialEq)]

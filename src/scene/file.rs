@@ -15,9 +15,7 @@ use super::sun::{NightTable, SunTable};
 use super::{Object, Scene};
 use crate::scene::contents::BETWEEN;
 use crate::scene::object_table::ObjectTable;
-use crate::weather::Weather;
-use crate::weather::{self, CloudsTable, FogTable};
-use crate::weather::{GroundTable, PrecipitationTable};
+use crate::weather::{self, CloudsTable, FogTable, GroundTable, PrecipitationTable, Weather};
 use hedgehop_base::document::{Kind, Reading, plain};
 use hedgehop_base::error::{Error, Result};
 

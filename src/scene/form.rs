@@ -1,13 +1,12 @@
 //! Shapes of objects and of their parts: which keys say how large each is.
 
-use crate::scene::object_table::FormKind;
 use std::ops::Range;
 
 use glam::DVec3;
 use toml::Spanned;
 
 use crate::objects::{Form, Shape};
-use crate::scene::object_table::ObjectTable;
+use crate::scene::object_table::{FormKind, ObjectTable};
 use hedgehop_base::document::Reading;
 use hedgehop_base::error::{Error, Result};
 

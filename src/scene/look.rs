@@ -1,6 +1,5 @@
 //! Appearance of objects and their parts: shapes, and models with levels and nodes.
 
-use crate::scene::object_table::Up;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -10,9 +9,8 @@ use toml::Spanned;
 use super::form::{form, refuse_sizes};
 use super::model::{Models, NodeSplit, Rest};
 use crate::objects::{Form, Level, Model};
-use crate::scene::model::Fit;
-use crate::scene::model::{Origin, Size};
-use crate::scene::object_table::ObjectTable;
+use crate::scene::model::{Fit, Origin, Size};
+use crate::scene::object_table::{ObjectTable, Up};
 use crate::space::Attitude;
 use hedgehop_base::document::Reading;
 use hedgehop_base::error::Result;

@@ -1,7 +1,5 @@
 //! One object of a scene file.
 
-use crate::scene::object_table::ObjectTable;
-use crate::scene::object_table::check_name;
 use std::fs;
 use std::ops::Range;
 use std::path::PathBuf;
@@ -14,6 +12,7 @@ use super::model::Models;
 use super::part::{Whole, parts, refuse_keys};
 use super::place::{PLACE_KEYS, Place};
 use crate::flight::{Altitude, AltitudeMode, ReadOptions, Track, read_track};
+use crate::scene::object_table::{ObjectTable, check_name};
 use hedgehop_base::colour::linear_from_srgb8;
 use hedgehop_base::document::Reading;
 use hedgehop_base::error::{Error, Result};

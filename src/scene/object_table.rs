@@ -1,5 +1,11 @@
 //! Table of an object, or of a part of one.
 
+use std::ops::Range;
+use std::path::PathBuf;
+
+use serde::Deserialize;
+use toml::Spanned;
+
 use super::Beyond;
 use super::place::Above;
 use crate::scene::colour::srgb;
@@ -7,10 +13,6 @@ use crate::scene::model::Origin;
 use hedgehop_base::colour::linear_from_srgb8;
 use hedgehop_base::document::Reading;
 use hedgehop_base::error::Result;
-use serde::Deserialize;
-use std::ops::Range;
-use std::path::PathBuf;
-use toml::Spanned;
 
 /// Characters of the longest name.
 const MOST_NAME: usize = 200;

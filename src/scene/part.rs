@@ -1,7 +1,5 @@
 //! The table `[[object.part]]`: what moves on an object.
 
-use crate::scene::Part;
-use crate::scene::contents::BETWEEN;
 use std::fs;
 use std::ops::Range;
 use std::path::PathBuf;
@@ -15,6 +13,8 @@ use super::look::{NodeLook, look};
 use super::model::{Models, Rest};
 use super::place::finite;
 use crate::flight::{Samples, read_columns};
+use crate::scene::Part;
+use crate::scene::contents::BETWEEN;
 use crate::scene::object_table::{ObjectTable, check_name};
 use hedgehop_base::document::Reading;
 use hedgehop_base::error::{Error, Result};

@@ -1,11 +1,10 @@
-use crate::objects::Form;
-use crate::weather::chance::unit as scatter;
 use std::fs;
 
 use glam::{DMat3, DVec2, DVec3};
 
 use super::*;
-use crate::objects::{Body, Model};
+use crate::objects::{Body, Form, Model};
+use crate::weather::chance::unit as scatter;
 use hedgehop_base::error::Result;
 use hedgehop_geo::Crs;
 

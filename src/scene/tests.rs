@@ -1,12 +1,11 @@
-use crate::objects::Form;
-use crate::weather::Weather;
 use std::fs;
 
 use glam::DVec2;
 
 use super::*;
+use crate::objects::Form;
 use crate::sunlight::{Sun, SunSetting};
-use crate::weather::Fog;
+use crate::weather::{Fog, Weather};
 use hedgehop_base::error::Result;
 use hedgehop_geo::Crs;
 

@@ -1,12 +1,10 @@
 //! One page: the planes of a square block of voxels.
 
-use crate::voxel::APRON;
-use crate::voxel::PagePart;
-use crate::voxel::RELIEF_APRON;
 use std::ops::Range;
 
 use super::format::{PLANE_ALIGNMENT, page as at};
 use super::{BARE, PageEntry, PageId, Relief, SpanTable, SpansView, zeros};
+use crate::voxel::{APRON, PagePart, RELIEF_APRON};
 
 /// Material and origin of a voxel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, bytemuck::Pod, bytemuck::Zeroable)]

@@ -1,10 +1,9 @@
 //! Databases as version 7 of the format has them, for tests of those who read them.
 
-use hedgehop_base::error::{Error, Result};
-
 use super::fixed_header::FixedHeader;
 use super::format::{Field, header as at};
 use super::{Header, MemPages, PageSource, PageWriter};
+use hedgehop_base::error::{Error, Result};
 
 /// Writes all pages in full, as version 7 does, also those without any surface.
 ///

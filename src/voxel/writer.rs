@@ -2,8 +2,6 @@
 //! only when it is whole and on the disk; or the target is [changed in place](super::patch). A build that is killed leaves
 //! `NAME.part-…`, whose header is missing.
 
-use crate::voxel::folders::folder_of;
-use crate::voxel::folders::sync_folder;
 use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -18,6 +16,7 @@ use super::{
     ContentHash, EarlierFile, EarlierPage, EncodedPage, Grid, HeightCode, Metadata, PageEntry, PageId,
     SharedObjects,
 };
+use crate::voxel::folders::{folder_of, sync_folder};
 use hedgehop_base::error::{Error, Result};
 
 impl Storage for File {

@@ -5,9 +5,7 @@ use proptest::prelude::*;
 
 use crate::simd::{Floats, Isa, Kernel, LANES, Simd};
 use crate::sunlight::Sun;
-use crate::weather::Air;
-use crate::weather::Atmosphere;
-use crate::weather::{Fog, Weather};
+use crate::weather::{Air, Atmosphere, Fog, Weather};
 
 /// What sixteen directions show of light at a range, and of the sky.
 struct Seen<'a> {

@@ -1,11 +1,10 @@
 //! Sky by elevation angle, haze and fog by range and height, and how they glow about the sun.
 
-use crate::weather::fog::VANISHING_CONTRAST;
 use glam::Vec3;
 
 use crate::sunlight::Sun;
 use crate::weather::Weather;
-use crate::weather::fog::FogLayer;
+use crate::weather::fog::{FogLayer, VANISHING_CONTRAST};
 use crate::weather::glow::Glow;
 
 /// Effect of the air before a surface on what is seen of it.

@@ -1,10 +1,10 @@
 //! Where things are on the screen: straight down, straight up, all around, and from where nobody should be.
 
 use glam::{DVec2, DVec3};
-use hedgehop::frame::Frame;
 
 use crate::scene::{Terrain, View, clear_air};
 use crate::screen::is_of_one_surface;
+use hedgehop::frame::Frame;
 
 const RED: [u8; 3] = [200, 20, 20];
 const GREEN: [u8; 3] = [20, 200, 20];

@@ -1,13 +1,13 @@
 //! The curved Earth against its closed forms: what a wall at sea shows, and where the horizon stands.
 
 use glam::DVec3;
+
+use crate::scene::{Terrain, View, clear_air};
+use crate::screen::FARM;
 use hedgehop::earth::Curvature;
 use hedgehop::raymarch::Surface;
 use hedgehop::render::{RenderOptions, render_frame};
 use hedgehop::voxel::{Grid, MemPages, Metadata, PageSource, build_in_memory};
-
-use crate::scene::{Terrain, View, clear_air};
-use crate::screen::FARM;
 
 /// 7/6 of the Earth's mean radius, metres.
 const RADIUS: f64 = 7.0 / 6.0 * 6_371_008.8;

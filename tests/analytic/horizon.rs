@@ -1,10 +1,10 @@
 //! Plane → horizon: where the ground ends on the screen, for a plane without end and for one with an edge.
 
 use glam::{DVec2, DVec3};
-use hedgehop::frame::Frame;
 
 use crate::judge::by_engine;
 use crate::scene::{Terrain, View, clear_air};
+use hedgehop::frame::Frame;
 
 const GROUND: f64 = 120.0;
 const GREY: [u8; 3] = [128; 3];

@@ -1,12 +1,12 @@
 //! Colour: the sun's side, haze by range, and the light of what a pixel covers.
 
 use glam::{DVec2, DVec3, Vec3};
-use hedgehop::render::{Engine, RenderOptions};
-use hedgehop::sunlight::Sun;
 
 use crate::judge::by_engine;
 use crate::scene::{Terrain, View, clear_air};
 use crate::screen::is_of_one_surface;
+use hedgehop::render::{Engine, RenderOptions};
+use hedgehop::sunlight::Sun;
 
 const GREY: [u8; 3] = [128; 3];
 

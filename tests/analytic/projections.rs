@@ -3,13 +3,13 @@
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
-use hedgehop::frame::Frame;
-use hedgehop::space::{Attitude, Camera, Pose, RayTable, Screen};
-use hedgehop::voxel::MemPages;
 
 use crate::judge::Judge;
 use crate::scene::{Terrain, View, clear_air};
 use crate::screen;
+use hedgehop::frame::Frame;
+use hedgehop::space::{Attitude, Camera, Pose, RayTable, Screen};
+use hedgehop::voxel::MemPages;
 
 const GROUND: f64 = 120.0;
 

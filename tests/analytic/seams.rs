@@ -1,16 +1,16 @@
 //! Rolling hills from everywhere: no cracks, and no step where one level follows the other.
 
-use glam::{DVec2, DVec3};
-use hedgehop::frame::Frame;
-use hedgehop::render::RenderOptions;
-use proptest::prelude::*;
 use std::sync::LazyLock;
 
-use hedgehop::voxel::MemPages;
+use glam::{DVec2, DVec3};
+use proptest::prelude::*;
 
 use crate::judge::by_engine;
 use crate::scene::{Terrain, View, clear_air};
 use crate::screen::is_of_one_surface;
+use hedgehop::frame::Frame;
+use hedgehop::render::RenderOptions;
+use hedgehop::voxel::MemPages;
 
 const SPACING: f64 = 10.0;
 const SIDE: f64 = 6400.0;

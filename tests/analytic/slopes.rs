@@ -3,11 +3,11 @@
 use std::collections::BTreeSet;
 
 use glam::{DVec2, DVec3};
-use hedgehop::raymarch::Surface;
-use hedgehop::render::RenderOptions;
 
 use crate::judge::Judge;
 use crate::scene::{Terrain, View, clear_air};
+use hedgehop::raymarch::Surface;
+use hedgehop::render::RenderOptions;
 
 const GREY: [u8; 3] = [128; 3];
 

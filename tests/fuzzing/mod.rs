@@ -1,6 +1,7 @@
 //! Everything that can be done with a database, with any bytes for one: it may be refused, but nothing may panic or hang.
 
 use glam::DVec3;
+
 use hedgehop::progress::Silent;
 use hedgehop::render::{Engine, RenderOptions, Renderer};
 use hedgehop::space::{Attitude, Camera, Pose};

@@ -1,11 +1,10 @@
 //! Mattes: shares of several bodies in a pixel, held to the light that they let through.
 
+use super::*;
 use hedgehop::frame::{Matte, MatteCoverage};
 use hedgehop::objects::Shape;
 use hedgehop::render::Engine;
 use hedgehop::voxel::PageSource;
-
-use super::*;
 
 const VIEW: View =
     View { eye: glam::DVec3::new(500.0, 300.0, 20.0), ypr: [0.0, -3.0, 4.0], hfov: 40.0, size: [160, 90] };

@@ -3,15 +3,15 @@
 use std::collections::BTreeSet;
 
 use glam::{DVec3, Vec3};
+
+use crate::meshes::{cuboid, globe, model};
+use crate::scene::{Terrain, View};
+use crate::{FARM, PLAIN, black, options};
 use hedgehop::frame::Frame;
 use hedgehop::objects::{Body, Form, Shape};
 use hedgehop::render::{Engine, Renderer};
 use hedgehop::space::{Attitude, Camera, Pose, Screen};
 use hedgehop::subimage::{Farm, TaskSize};
-
-use crate::meshes::{cuboid, globe, model};
-use crate::scene::{Terrain, View};
-use crate::{FARM, PLAIN, black, options};
 
 /// Bodies of all shapes, and models, in each other's way, some of them in the ground.
 fn crowd() -> Vec<Body> {

@@ -3,14 +3,14 @@
 use std::sync::Arc;
 
 use glam::{DVec3, Vec2, Vec3};
-use hedgehop::objects::{Body, Level, Material, Mesh, MeshPart, Model, Shape, Texture, Wrap};
-use hedgehop::render::{Engine, Renderer};
-use hedgehop::simd::Isa;
-use hedgehop::space::{Attitude, Camera, Pose, Screen};
 
 use crate::exact::compare;
 use crate::scene::View;
 use crate::{FARM, PLAIN, PLAIN_ORIGIN, black, frame, options, shares};
+use hedgehop::objects::{Body, Level, Material, Mesh, MeshPart, Model, Shape, Texture, Wrap};
+use hedgehop::render::{Engine, Renderer};
+use hedgehop::simd::Isa;
+use hedgehop::space::{Attitude, Camera, Pose, Screen};
 
 /// Banked and pitched, over the plain.
 const VIEW: View =

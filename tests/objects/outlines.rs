@@ -1,12 +1,12 @@
 //! Silhouettes, ranges, and curves in which bodies enter the ground.
 
 use glam::{DVec2, DVec3};
-use hedgehop::objects::Shape;
-use hedgehop::render::Engine;
 
 use crate::exact::{compare, meets_box, meets_disc, meets_sphere, shares as exact_shares};
 use crate::scene::{Terrain, View};
 use crate::{PLAIN, black, frame, shares};
+use hedgehop::objects::Shape;
+use hedgehop::render::Engine;
 
 const ENGINES: [Engine; 2] = [Engine::Planes, Engine::Reference];
 

@@ -3,6 +3,8 @@
 use std::fs;
 
 use glam::{DMat3, DVec3};
+
+use super::*;
 use hedgehop::earth::Curvature;
 use hedgehop::frame::{MotionStep, motion};
 use hedgehop::geo::Crs;
@@ -10,8 +12,6 @@ use hedgehop::raymarch::ground_height;
 use hedgehop::render::{Exposure, Moment};
 use hedgehop::scene::{Cast, Finish, Scene};
 use hedgehop::sunlight::Sun;
-
-use super::*;
 
 const HELICOPTER: &str = r##"
 [[object]]

@@ -1,14 +1,14 @@
 //! Shadows of bodies: how long they are, what they fall upon, and what they must not depend on.
 
 use glam::{DVec2, DVec3, Vec3};
+
+use crate::scene::{Terrain, View};
+use crate::{FARM, PLAIN, black, options};
 use hedgehop::frame::Frame;
 use hedgehop::objects::{Body, Shape};
 use hedgehop::render::{Engine, RenderOptions, Renderer};
 use hedgehop::subimage::{Farm, TaskSize};
 use hedgehop::sunlight::{Daylight, Sun};
-
-use crate::scene::{Terrain, View};
-use crate::{FARM, PLAIN, black, options};
 
 /// Under a sun that throws shadows.
 fn under(engine: Engine, azimuth: f64, elevation: f64) -> RenderOptions {

@@ -3,14 +3,14 @@
 use std::f64::consts::PI;
 
 use glam::DVec3;
-use hedgehop::frame::Frame;
-use hedgehop::objects::{Body, Form};
-use hedgehop::render::{Engine, Renderer};
-use hedgehop::space::{Attitude, Camera, Screen};
 
 use crate::exact::{compare, shares as exact_shares};
 use crate::scene::View;
 use crate::{FARM, PLAIN, PLAIN_ORIGIN, black, frame, options, shares};
+use hedgehop::frame::Frame;
+use hedgehop::objects::{Body, Form};
+use hedgehop::render::{Engine, Renderer};
+use hedgehop::space::{Attitude, Camera, Screen};
 
 const VIEW: View =
     View { eye: DVec3::new(500.0, 200.0, 60.0), ypr: [8.0, -9.0, 20.0], hfov: 40.0, size: [200, 160] };

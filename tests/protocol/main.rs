@@ -10,13 +10,14 @@ use std::collections::{HashSet, VecDeque};
 use std::sync::LazyLock;
 
 use glam::DVec2;
+use shuttle::scheduler::{PctScheduler, RandomScheduler, Scheduler};
+use shuttle::{Config, Runner};
+
 use hedgehop::voxel::{
     AlignedBytes, Grid, Metadata, PageId, PageNeeds, PagePart, PageSource, build_in_memory,
 };
 use hedgehop::{Result, voxel};
 use memory::{PageFile, PagePlanner, PresentPages, ResidentPages, sync};
-use shuttle::scheduler::{PctScheduler, RandomScheduler, Scheduler};
-use shuttle::{Config, Runner};
 
 /// Orders of each test, unless told otherwise.
 const SCHEDULES: usize = 1000;

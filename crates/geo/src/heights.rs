@@ -9,15 +9,8 @@
 use super::crs::is_three_dimensional;
 use super::datum::{VerticalCrs, VerticalDatum};
 use super::definition::Definition;
-use super::registry;
-use super::units;
 use super::wkt_names::plain;
-
-/// International foot, metres.
-pub(super) const FOOT: f64 = 0.3048;
-
-/// US survey foot, metres (exactly 1200/3937).
-pub(super) const US_SURVEY_FOOT: f64 = 1200.0 / 3937.0;
+use super::{registry, units};
 
 /// Esri's codes of heights above the ellipsoid of a datum.
 const ESRI_ELLIPSOIDAL: std::ops::RangeInclusive<u32> = 115_700..=115_999;

@@ -1,7 +1,6 @@
 //! Units of coordinates and heights.
 
 use super::geokey_directory::USER_DEFINED;
-use super::heights::{FOOT, US_SURVEY_FOOT};
 use super::registry;
 
 /// Largest relative difference of two numbers that mean the same unit. The two feet differ by 2·10⁻⁶.
@@ -82,3 +81,9 @@ pub(super) fn angular_of_keys(code: Option<u16>, size: Option<f64>) -> Result<f6
         }),
     }
 }
+
+/// International foot, metres.
+pub(super) const FOOT: f64 = 0.3048;
+
+/// US survey foot, metres (exactly 1200/3937).
+pub(super) const US_SURVEY_FOOT: f64 = 1200.0 / 3937.0;

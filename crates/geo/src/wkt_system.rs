@@ -14,12 +14,11 @@
 use super::crs::{Crs, entry, shortened};
 use super::datum::{VerticalCrs, VerticalDatum};
 use super::geodetic::{Geodetic, in_degrees, on_earth};
-use super::heights;
 use super::local::LocalSystem;
 use super::projection::{CONVERT, Method, Parameters, proj_terms};
 use super::wkt::{Item, Node, VERTICAL, parse};
 use super::wkt_names::{UnitKind, method, plain, term};
-use super::{registry, units};
+use super::{heights, registry, units};
 use hedgehop_base::error::{Error, Result};
 
 const PROJECTED: [&str; 3] = ["PROJCS", "PROJCRS", "PROJECTEDCRS"];

@@ -18,24 +18,19 @@
 //! Every sample is a function of its place in the grid and of the inputs, so two builds agree byte by byte,
 //! whatever the number of threads and the memory (see [`super::budget`] for how that is shared out).
 
-use crate::page::PageMaker;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
 use super::budget::Budget;
 use super::build_cache::{self, BuildCache};
-use super::cloud;
 use super::corridor::Corridor;
 use super::counts::PageCounts;
 use super::disk_space::DiskSpace;
 use super::feature_solids::{self, FeatureSolids};
-use super::features;
-use super::fineness;
 use super::footprint::Bounds;
 use super::inputs::{self, Inputs};
 use super::land_cover::{self, CoverInput};
-use super::mosaic;
 use super::object::{Objects, ScatterFile};
 use super::options::{BuildOptions, NodataFill};
 use super::page::Project;
@@ -43,15 +38,13 @@ use super::placed::{ElevationInput, ImageryInput};
 use super::placing::Collection;
 use super::plan::{self, Plan};
 use super::reach::Reach;
-use super::scan;
-use super::sources;
 use super::synthetic::Roughness;
 use super::tint::Tint;
-use super::vertical;
-use super::warnings;
 use super::warp::{self, Rect};
 use super::writing::{Written, write_pages};
+use super::{cloud, features, fineness, mosaic, scan, sources, vertical, warnings};
 use crate::Input;
+use crate::page::PageMaker;
 use crate::page_keys::{PageKeys, SourceKeys};
 use crate::surveyed::Survey;
 use hedgehop::voxel::{

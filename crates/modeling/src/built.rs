@@ -1,10 +1,10 @@
 //! Solids and ground of a block.
 
+use std::collections::HashMap;
+
 use super::features::{Paint, Solid};
 use super::placing::Placed;
-use crate::feature_solids::TILES;
 use hedgehop_base::error::Result;
-use std::collections::HashMap;
 
 /// Solids and ground of a block as features make them, all `[rows][columns]` of it.
 pub(super) struct Built {
@@ -65,3 +65,6 @@ impl Tiles {
 
 /// Least opacity of what is seen from afar as a surface.
 pub(super) const DENSE: f64 = 0.4;
+
+/// Tiles that are kept by each worker.
+pub(super) const TILES: usize = 128;

@@ -2,14 +2,11 @@
 
 use super::bare::canvas;
 use super::land_cover::LandCoverFile;
-use super::object::{self};
+use super::object;
 use super::options::{BuildOptions, FeatureFile, ImageryFile};
 use super::plan;
 use crate::Input;
-use crate::inputs::CACHE_TO_LOOK;
-use crate::inputs::Inputs;
-use crate::inputs::Opener;
-use crate::inputs::layer;
+use crate::inputs::{CACHE_TO_LOOK, Inputs, Opener, layer};
 use crate::raster::OpenOptions;
 use hedgehop_base::error::{Error, Result};
 use hedgehop_base::progress::Silent;

@@ -11,7 +11,6 @@
 //!
 //! What a voxel gets depends on the features that reach it and on the natural ground about it, never on the block that is made.
 
-use crate::built::Built;
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::sync::OnceLock;
@@ -26,15 +25,13 @@ use super::placing::Collection;
 use super::plan::Plan;
 use super::warp::{LevelGrid, Rect};
 use super::workers::in_order;
+use crate::built::Built;
 use hedgehop::voxel::{Grid, PAGE_SIDE};
 use hedgehop_base::error::Result;
 use hedgehop_base::progress::Observer;
 
 /// Voxels along a tile of natural ground that features are bound to.
 const TILE: u32 = 64;
-/// Tiles that are kept by each worker.
-pub(super) const TILES: usize = 128;
-
 /// Features of a database, by where they are.
 #[derive(Debug, Default)]
 pub(super) struct FeatureSolids {

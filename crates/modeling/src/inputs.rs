@@ -6,9 +6,8 @@
 //! refuse coordinates that cannot be what the system says: degrees as metres, metres as degrees, swapped axes
 //! ```
 
-use crate::naming::contradiction;
-use crate::naming::crs_label;
 pub(super) use crate::naming::file_name;
+use crate::naming::{contradiction, crs_label};
 pub(super) use crate::opened::Opened;
 use std::path::{Path, PathBuf};
 

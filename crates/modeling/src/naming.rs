@@ -1,8 +1,9 @@
 //! Names of files and systems in messages.
 
+use std::path::Path;
+
 use hedgehop_base::error::Result;
 use hedgehop_geo::Crs;
-use std::path::Path;
 
 /// Builds the error of a file that states a reference system, if another one is given for it.
 pub(super) fn contradiction(

@@ -1,9 +1,10 @@
 //! A source that was opened.
 
+use std::path::PathBuf;
+
 use super::kernel::Samples;
 use crate::raster::GeoTransform;
 use hedgehop_geo::{Crs, VerticalDatum};
-use std::path::PathBuf;
 
 /// A raster and where it says it lies.
 pub(super) struct Opened<T> {

@@ -10,7 +10,6 @@
 
 mod painting;
 
-use crate::natural::NaturalGround;
 use std::collections::HashMap;
 use std::ops::Range;
 
@@ -31,6 +30,7 @@ use super::synthetic::{self, Synthetic};
 use super::tint::Tint;
 use super::warp::{self, LevelGrid, Rect};
 use crate::built::{Built, Tiles};
+use crate::natural::NaturalGround;
 use crate::surveyed::Survey;
 use crate::void_fill;
 use hedgehop::voxel::{

@@ -4,9 +4,6 @@
 //! of the terrain around: per source a surface of at most [`COARSE`]² cell means, whose empty cells are
 //! filled by pull and push (Gortler et al. 1996, §3.4: average what is known upward, then complete downward).
 
-use crate::surveyed::Coarse;
-use crate::surveyed::Survey;
-
 use super::build_cache::{BuildCache, Keyer};
 use super::placed::ElevationInput;
 use super::plan::Plan;
@@ -15,6 +12,7 @@ use super::warp;
 use super::workers::in_order;
 use crate::page_keys::SourceKeys;
 use crate::raster::Window;
+use crate::surveyed::{Coarse, Survey};
 use hedgehop::voxel::Grid;
 use hedgehop_base::error::Result;
 use hedgehop_base::progress::Observer;

@@ -1,7 +1,8 @@
 //! Survey of one source.
 
-use super::synthetic::Energies;
 use serde::{Deserialize, Serialize};
+
+use super::synthetic::Energies;
 
 /// Survey of one source.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]

@@ -12,8 +12,7 @@
 //!
 //! Marching squares (Lorensen and Cline, "Marching cubes", SIGGRAPH 1987, in the plane). The higher ground is to the left of a line.
 
-use std::collections::HashMap;
-use std::collections::VecDeque;
+use std::collections::{HashMap, VecDeque};
 use std::ops::Range;
 
 use glam::DVec2;

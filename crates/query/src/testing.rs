@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use glam::DVec2;
+
 use hedgehop::voxel::{
     Arrays, Cut, Grid, HeightCode, MemPages, Metadata, SharedObjects, Span, SpanArrays, build_standing,
 };

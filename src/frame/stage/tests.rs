@@ -7,11 +7,9 @@ use proptest::prelude::*;
 use super::cell::{Cell, Scale};
 use super::paint::PlaneLight;
 use super::{EdgeSums, RowFill};
-use crate::raymarch::scan::RowTable;
-use crate::raymarch::scan::{NO_SLOPE, Post, Profile, SampleLine};
+use crate::raymarch::scan::{NO_SLOPE, Post, Profile, RowTable, SampleLine};
 use crate::simd::{Floats, Ints, Isa, Kernel, LANES, Simd, Sixteen};
-use crate::weather::Air;
-use crate::weather::Atmosphere;
+use crate::weather::{Air, Atmosphere};
 
 const ROWS: usize = 40;
 

@@ -1,9 +1,10 @@
 //! Holdings and wants of frames that never wait.
 
+use std::sync::PoisonError;
+
 use super::super::deferred_eviction::DeferredEviction;
 use super::super::sync::{Mutex, MutexGuard, SegQueue};
 use crate::voxel::PagePart;
-use std::sync::PoisonError;
 
 /// Holdings and wants of frames that never wait.
 #[derive(Debug, Default)]

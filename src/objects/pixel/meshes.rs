@@ -10,14 +10,13 @@
 use glam::{DVec2, DVec3, Vec2, Vec3};
 
 use super::Looking;
-use crate::objects::Hit;
 use crate::objects::body::SeenForm;
 use crate::objects::lens::Line;
 use crate::objects::mesh::Facet;
 use crate::objects::ray_coverage::{CountAll, MeshItem, MeshPatch, Pencil, Probe};
 use crate::objects::sheet::are_alike;
 use crate::objects::view::nearest;
-use crate::objects::{BodyLight, PixelGround};
+use crate::objects::{BodyLight, Hit, PixelGround};
 use crate::space::Ray;
 
 /// Sample places of textures in pixels of one face, from the middle.

@@ -1,9 +1,8 @@
 //! Share of a pixel that each body covers.
 
 use super::Looking;
-use crate::objects::Square;
 use crate::objects::ray_coverage::RAYS;
-use crate::objects::{BodyLight, PixelGround};
+use crate::objects::{BodyLight, PixelGround, Square};
 use crate::simd::Isa;
 
 /// Share of a pixel that one body covers.

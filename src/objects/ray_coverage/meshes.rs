@@ -6,9 +6,8 @@ use super::{
     ALL, Aim, FirstHits, LANES, Lanes, ONE_FACE, Pencil, RAYS, SLOW, SeenFace, begin_rays, dot, is_of,
     lane_of, total,
 };
-use crate::objects::Mesh;
-use crate::objects::PixelGround;
 use crate::objects::mesh::Facet;
+use crate::objects::{Mesh, PixelGround};
 use crate::simd::{Floats, Kernel, Mask, Simd, Sixteen};
 
 /// Faces that what is seen of a mesh in a pixel is lit as, at most.

@@ -1,11 +1,11 @@
 //! The two kinds of plane images.
 
-use crate::raymarch::scan::panorama::MOST_WORDS;
 use std::ops::Range;
 
 use glam::DVec3;
 
 use super::{Panorama, PlaneGroup, Upright};
+use crate::raymarch::scan::panorama::MOST_WORDS;
 use crate::simd::{LANES, Sixteen};
 use crate::voxel::Grid;
 

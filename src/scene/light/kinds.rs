@@ -3,7 +3,6 @@
 //! Offsets are to the right and forward of somebody who lands; intensities are those of a night with good visibility, when airfields dim their lights. Patterns after
 //! ICAO Annex 14, § 5.3 (approach lighting, PAPI, runway edge, threshold, end and centre line).
 
-use crate::weather::chance::Random;
 use std::sync::Arc;
 
 use glam::DVec3;
@@ -11,6 +10,7 @@ use glam::DVec3;
 use super::lamp::{Colour, around, beam, fixture, papi_beam, slope_beam};
 use super::{Flash, Lamp, Rhythm};
 use crate::objects::Fixture;
+use crate::weather::chance::Random;
 
 /// Azimuths against which, and in which, somebody lands.
 const TOWARDS: f64 = 180.0;

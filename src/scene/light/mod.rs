@@ -5,10 +5,11 @@ mod kinds;
 mod lamp;
 mod table;
 
-use crate::scene::Anchor;
 use std::sync::Arc;
 
 use glam::DVec3;
+
+use crate::scene::Anchor;
 
 pub(super) use cast::LampCast;
 pub(super) use table::{LightTable, light};

@@ -1,8 +1,9 @@
 //! Fit of a model into a body.
 
+use glam::{DMat3, DVec3};
+
 use crate::objects::{Mesh, MeshPart};
 use crate::space::Attitude;
-use glam::{DMat3, DVec3};
 use hedgehop_assets::model::{Clause, Model, ModelPart};
 
 /// Fit of a model into a body.

@@ -9,10 +9,11 @@ mod nodes;
 #[cfg(test)]
 mod tests;
 
-use crate::scene::model::fit::Knife;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+
+use crate::scene::model::fit::Knife;
 
 pub(crate) use fit::{Fit, Origin, Rest, Size};
 use hedgehop_assets::model::{MOST_TRIANGLES, Read, read};

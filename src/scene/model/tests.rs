@@ -1,6 +1,3 @@
-use crate::scene::model::Origin;
-use crate::scene::model::Size;
-use crate::space::Attitude;
 use std::fs;
 use std::io::Cursor;
 use std::path::PathBuf;
@@ -8,6 +5,8 @@ use std::path::PathBuf;
 use glam::{DMat3, DVec3, Vec3};
 
 use super::*;
+use crate::scene::model::{Origin, Size};
+use crate::space::Attitude;
 use hedgehop_testing::realdata;
 
 const PLAIN: Fit = Fit {

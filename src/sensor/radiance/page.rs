@@ -3,10 +3,8 @@
 use super::facing::Facing;
 use super::posts::{PageLight, Posts};
 use super::window::Window;
-use crate::pixels::CODE_LIMIT;
-use crate::pixels::ROOT_OF_BRIGHTEST;
-use crate::sensor::radiance::part::PostPart;
-use crate::sensor::radiance::part::RING;
+use crate::pixels::{CODE_LIMIT, ROOT_OF_BRIGHTEST};
+use crate::sensor::radiance::part::{PostPart, RING};
 use crate::simd::{Floats, Ints, Isa, Kernel, LANES, Simd};
 use crate::voxel::{PageId, PageSource};
 use hedgehop_base::error::Result;

@@ -4,8 +4,7 @@ use std::ops::Range;
 
 use super::facing::{Facing, VOID_WEIGHT};
 use crate::sensor::VisualSensor;
-use crate::sensor::radiance::part::LIT;
-use crate::sensor::radiance::part::PostPart;
+use crate::sensor::radiance::part::{LIT, PostPart};
 use crate::simd::{Floats, Ints, LANES, Mask, Simd};
 use crate::sunlight::{SHADE_APRON, ShadePage};
 use crate::voxel::{

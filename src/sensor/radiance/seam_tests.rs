@@ -6,8 +6,7 @@ use super::facing::Facing;
 use super::posts::PageLight;
 use super::tests::{Holey, bake, codes, rough, sensor};
 use super::*;
-use crate::sensor::radiance::part::PostPart;
-use crate::sensor::radiance::part::RING;
+use crate::sensor::radiance::part::{PostPart, RING};
 use crate::simd::Isa;
 use crate::voxel::{PAGE_SIDE, PageId, PageSource};
 

@@ -8,11 +8,10 @@
 //!
 //! The page's apron holds all that this needs, so that pages agree where they meet and no other page is touched.
 
-use crate::sensor::radiance::part::LIT;
-use crate::sensor::radiance::part::RING;
 use std::ops::Range;
 
 use super::posts::{PostRows, Posts, VOID};
+use crate::sensor::radiance::part::{LIT, RING};
 use crate::simd::{LANES, Simd};
 
 /// Posts of a part of a page and [`LIT`] around it, and what they send.

@@ -6,13 +6,11 @@
 //! depth to the sun = that of the voxel above, where its ray comes from, and the way between      from the top down
 //! ```
 
-use crate::weather::clouds::noise::SIDE;
-use crate::weather::clouds::noise::lerp;
 use glam::{DVec2, Vec3};
 
 use crate::sunlight::Sun;
 use crate::weather::Clouds;
-use crate::weather::clouds::noise::Noise;
+use crate::weather::clouds::noise::{Noise, SIDE, lerp};
 
 /// Heights at which densities stand, from the base to the top.
 pub const LAYERS: usize = 16;

@@ -1,17 +1,16 @@
 //! Clouds over what was rendered of one view.
 
+use glam::{DVec2, Vec3};
+
 use super::field;
 use crate::objects::Lens;
 use crate::simd::Isa;
 use crate::space::{Camera, Screen};
 use crate::sunlight::{Daylight, Sun};
-use crate::weather::Air;
-use crate::weather::Atmosphere;
-use crate::weather::Clouds;
 use crate::weather::clouds::CloudField;
 use crate::weather::clouds::cover::CloudCover;
 use crate::weather::glow::sunlight;
-use glam::{DVec2, Vec3};
+use crate::weather::{Air, Atmosphere, Clouds};
 
 /// Angle between rays of the lattice, radians, and the most pixels between them.
 const LATTICE: f64 = 0.0045;

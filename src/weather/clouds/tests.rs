@@ -1,18 +1,15 @@
-use crate::pixels::Pixels;
-use crate::simd::Isa;
-use crate::space::Camera;
-use crate::sunlight::Sun;
-use crate::weather::Atmosphere;
-use crate::weather::Clouds;
 use glam::{DVec3, Vec3};
 
 use super::*;
-use crate::simd::{Floats, Kernel, LANES, Simd};
-use crate::space::{Attitude, Pose};
+use crate::pixels::Pixels;
+use crate::simd::{Floats, Isa, Kernel, LANES, Simd};
+use crate::space::{Attitude, Camera, Pose};
+use crate::sunlight::Sun;
 use crate::weather::clouds::CloudField;
 use crate::weather::clouds::field::{LAYERS, extinction};
 use crate::weather::clouds::march::CloudRays;
 use crate::weather::clouds::noise::SIDE;
+use crate::weather::{Atmosphere, Clouds};
 
 const SUN: Sun = Sun { azimuth: 120.0, elevation: 35.0 };
 

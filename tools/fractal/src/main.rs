@@ -14,9 +14,10 @@ use std::fs::File;
 use std::io::BufWriter;
 use std::path::Path;
 
-use octave::Octave;
 use tiff::encoder::{TiffEncoder, colortype::Gray32Float};
 use tiff::tags::Tag;
+
+use octave::Octave;
 
 /// Rows of a strip.
 const STRIP: u32 = 256;

@@ -5,6 +5,10 @@ use std::fs;
 use std::path::Path;
 
 use clap::{Args, ValueEnum};
+use serde_json::{Value, json};
+
+use crate::scene::Playing;
+use crate::screen::Setup;
 use hedgehop::earth::Curvature;
 use hedgehop::encode::Target;
 use hedgehop::frame::{Frame, MotionStep, motion};
@@ -12,10 +16,6 @@ use hedgehop::objects::Body;
 use hedgehop::space::Camera;
 use hedgehop::subimage::Farm;
 use hedgehop::{Error, Result};
-use serde_json::{Value, json};
-
-use crate::scene::Playing;
-use crate::screen::Setup;
 
 /// Bytes of a pixel that mattes take while they are written, and motion vectors.
 const MATTE_BYTES: u64 = 48;

@@ -3,15 +3,15 @@
 use std::fmt::Write as _;
 
 use glam::{DVec2, DVec3};
+use serde_json::{Value, json};
+
+use crate::degrees::lonlat_bounds;
+use crate::sharpness;
 use hedgehop::Result;
 use hedgehop::geo::Crs;
 use hedgehop::scene::Scene;
 use hedgehop::sunlight::{Sky, SunSetting};
 use hedgehop::voxel::{CorridorRecord, Directory, Grid, Header, Metadata};
-use serde_json::{Value, json};
-
-use crate::degrees::lonlat_bounds;
-use crate::sharpness;
 
 /// The database's reference system.
 pub fn crs(header: &Header) -> Result<Crs> {

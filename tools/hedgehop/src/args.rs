@@ -5,13 +5,14 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
+use serde::Serialize;
+
 use hedgehop::Error;
 use hedgehop::render::Engine;
 use hedgehop::simd::Isa;
 use hedgehop::subimage::TaskSize;
 use hedgehop::sunlight::{Sun, SunSetting};
 use hedgehop_modeling::recipe::matching;
-use serde::Serialize;
 
 /// Widest and highest picture, pixels. A frame holds about 40 bytes per pixel.
 const MAX_SIDE: u32 = 16384;

@@ -1,12 +1,12 @@
 //! Chart drawn on a map: a path with its ends, what frames have in sight, a scale, and where north is.
 
 use glam::DVec2;
-use hedgehop::frame::Frame;
-use hedgehop::space::Camera;
 use image::{Rgb, RgbImage};
 
 use crate::drawing::Mask;
 use crate::lettering;
+use hedgehop::frame::Frame;
+use hedgehop::space::Camera;
 
 const WHITE: Rgb<u8> = Rgb([255; 3]);
 const DARK: Rgb<u8> = Rgb([20, 20, 24]);

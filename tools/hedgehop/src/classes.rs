@@ -2,9 +2,10 @@
 
 use std::fmt::Write as _;
 
+use serde_json::{Value, json};
+
 use hedgehop::voxel::{Grid, Group, Header};
 use hedgehop_query::{ClassTally, ObjectTally, Tally};
-use serde_json::{Value, json};
 
 /// Square metres as square kilometres.
 const KM2: f64 = 1.0e-6;

@@ -1,10 +1,10 @@
 //! A contact sheet: many frames small on one picture, each with its number below.
 
-use hedgehop::{Error, Result};
 use image::imageops::{self, FilterType};
 use image::{Rgb, RgbImage};
 
 use crate::lettering;
+use hedgehop::{Error, Result};
 
 /// Pixels between pictures and around them.
 const MARGIN: u32 = 8;

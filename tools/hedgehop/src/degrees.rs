@@ -1,11 +1,11 @@
 //! Longitude and latitude of a database.
 
 use glam::DVec2;
+
+use crate::area;
 use hedgehop::Result;
 use hedgehop::geo::{Crs, Transform};
 use hedgehop::voxel::Header;
-
-use crate::area;
 
 /// Points along each edge of the area; edges of projected areas bend.
 const EDGE_POINTS: u32 = 33;

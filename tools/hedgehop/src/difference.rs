@@ -1,11 +1,12 @@
 //! Difference of two pictures, in figures and as a picture.
 
-use hedgehop::{Error, Result};
-use image::{Rgb, RgbImage};
-use serde_json::{Value, json};
 use std::path::Path;
 
+use image::{Rgb, RgbImage};
+use serde_json::{Value, json};
+
 use crate::lettering;
+use hedgehop::{Error, Result};
 
 /// Pixels around panels, and between them.
 const MARGIN: u32 = 8;

@@ -4,13 +4,13 @@ use std::fmt::Write;
 
 use clap::ValueEnum;
 use glam::DVec2;
-use hedgehop::voxel::PageSource;
-use hedgehop_query::{ContinuityReport, Fault, Finding, MapExtent};
 use image::{Rgb, RgbImage};
 
 use crate::drawing::Mask;
 use crate::lettering;
 use crate::places::Places;
+use hedgehop::voxel::PageSource;
+use hedgehop_query::{ContinuityReport, Fault, Finding, MapExtent};
 
 const WHITE: Rgb<u8> = Rgb([255; 3]);
 const DARK: Rgb<u8> = Rgb([20, 20, 24]);

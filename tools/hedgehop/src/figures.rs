@@ -1,10 +1,10 @@
 //! Figures of `bench`: what it prints, writes as JSON and plots.
 
-use hedgehop::memory::Paging;
 use serde::Serialize;
 
 use crate::args::EngineName;
 use crate::speedup::Prediction;
+use hedgehop::memory::Paging;
 
 /// Measurements of one number of workers; medians over the repeats.
 #[derive(Debug, Clone, Serialize)]

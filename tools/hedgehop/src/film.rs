@@ -10,11 +10,11 @@ use std::io::{self, BufRead, BufReader, Read, Seek};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
-use hedgehop::progress::Observer;
-use hedgehop::{Error, Result};
 use image::RgbImage;
 
 use crate::contact_sheet::{Entry, spread};
+use hedgehop::progress::Observer;
+use hedgehop::{Error, Result};
 
 /// Bytes of the longest header of a picture in the pipe.
 const MOST_HEADER: u64 = 64;

@@ -1,6 +1,12 @@
 //! Steps from light to a file: exposure, curves, rays per pixel, shutter, lens, instruments.
 
 use glam::DVec3;
+use serde_json::{Value, json};
+
+use crate::args;
+use crate::scene::Playing;
+use crate::screen::Setup;
+use crate::world::WorldArgs;
 use hedgehop::encode::FrameRate;
 use hedgehop::flight::Trajectory;
 use hedgehop::frame::Picture;
@@ -11,12 +17,6 @@ use hedgehop::space::{Camera, Pose};
 use hedgehop::subimage::Farm;
 use hedgehop::voxel::PageSource;
 use hedgehop::{Error, Result};
-use serde_json::{Value, json};
-
-use crate::args;
-use crate::scene::Playing;
-use crate::screen::Setup;
-use crate::world::WorldArgs;
 
 /// Flags of the steps from light to a picture; they go before what the scene says.
 #[derive(Debug, Clone, Default, clap::Args)]

@@ -12,11 +12,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 #[cfg(unix)]
 use std::sync::{Mutex, PoisonError};
 
-use hedgehop::Error;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 
 use crate::exit;
+use hedgehop::Error;
 
 /// Says whether the user asked to stop. Clones share the answer.
 #[derive(Debug, Clone, Default)]

@@ -1,10 +1,10 @@
 //! Letters on pictures: numbers, units and a few marks, from dots.
 
 use glam::DVec2;
-use hedgehop::frame::hud::font::{ADVANCE, HEIGHT, WIDTH, rows};
 use image::{Rgb, RgbImage};
 
 use crate::drawing::Mask;
+use hedgehop::frame::hud::font::{ADVANCE, HEIGHT, WIDTH, rows};
 
 /// Width of a text whose dots are `scale` pixels wide, pixels.
 pub fn width(text: &str, scale: u32) -> u32 {

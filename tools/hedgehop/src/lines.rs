@@ -1,11 +1,11 @@
 //! Contour lines on a map: thin and thick ones, with their figures where these fit.
 
 use glam::DVec2;
-use hedgehop_query::{Contour, MapExtent};
 use image::{Rgb, RgbImage};
 
 use crate::drawing::Mask;
 use crate::lettering;
+use hedgehop_query::{Contour, MapExtent};
 
 /// Brown, as ground is on maps.
 const LINE: Rgb<u8> = Rgb([128, 72, 24]);

@@ -42,7 +42,6 @@ mod world;
 use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
-use hedgehop::memory::guard_mapped_files;
 
 use crate::commands::{
     bake, bench, build, compare, contact_sheet as sheet, continuity, contours, demo, extract, height,
@@ -50,6 +49,7 @@ use crate::commands::{
     sight, verify,
 };
 use crate::interrupt::Interrupt;
+use hedgehop::memory::guard_mapped_files;
 
 /// Renders low flight over real terrain from voxel databases, without a GPU.
 ///

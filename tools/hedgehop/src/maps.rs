@@ -3,6 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+
+use crate::{area, args};
 use hedgehop::encode::atomic::{check_writable, write_bytes};
 use hedgehop::encode::geotiff::GeoTiff;
 use hedgehop::geo::Crs;
@@ -10,9 +12,6 @@ use hedgehop::progress::Observer;
 use hedgehop::voxel::{Grid, Header};
 use hedgehop::{Error, Result};
 use hedgehop_query::MapExtent;
-
-use crate::area;
-use crate::args;
 
 /// All of an area, west, south, east and north.
 pub const WHOLE: [f64; 4] = [f64::MIN, f64::MIN, f64::MAX, f64::MAX];

@@ -3,12 +3,12 @@
 use std::time::{Duration, Instant};
 
 use clap::{Args, ValueEnum};
-use hedgehop::memory::{Paging, ResidentPages};
-use hedgehop::progress::Observer;
-use hedgehop::{Error, Result};
 
 use crate::args::{self, Size};
 use crate::sequence::Product;
+use hedgehop::memory::{Paging, ResidentPages};
+use hedgehop::progress::Observer;
+use hedgehop::{Error, Result};
 
 const MIB: u64 = 1 << 20;
 

@@ -6,6 +6,11 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
+use serde_json::Value;
+
+use crate::area;
+use crate::args::Size;
+use crate::sequence::{Flown, Image, Shot};
 use hedgehop::colour::srgb8_picture;
 use hedgehop::encode::check::{Existing, existing};
 use hedgehop::encode::sidecar::{
@@ -18,11 +23,6 @@ use hedgehop::progress::Observer;
 use hedgehop::space::Camera;
 use hedgehop::voxel::{Header, PageId};
 use hedgehop::{Error, Result};
-use serde_json::Value;
-
-use crate::area;
-use crate::args::Size;
-use crate::sequence::{Flown, Image, Shot};
 
 /// Name and version that outputs carry.
 pub const WRITER: &str = concat!("hedgehop ", env!("CARGO_PKG_VERSION"));

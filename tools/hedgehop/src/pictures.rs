@@ -4,9 +4,10 @@ use std::cmp::Ordering;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
+use image::{ImageFormat, RgbImage};
+
 use hedgehop::encode::{read_picture, read_regular};
 use hedgehop::{Error, Result};
-use image::{ImageFormat, RgbImage};
 
 /// Kinds of pictures that are read.
 const KINDS: [&str; 4] = ["png", "exr", "jpg", "jpeg"];

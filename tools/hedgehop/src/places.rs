@@ -1,12 +1,12 @@
 //! Places of a database's area, as commands take and tell them.
 
 use glam::{DVec2, DVec3};
+
+use crate::area;
 use hedgehop::geo::{Crs, Transform};
 use hedgehop::voxel::{Header, PageSource};
 use hedgehop::{Error, Result};
 use hedgehop_query::{Sample, footing};
-
-use crate::area;
 
 /// Between what users give and a database's reference system.
 pub struct Places<'s, S> {

@@ -6,11 +6,11 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use clap::ValueEnum;
-use hedgehop::progress::Observer;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use serde_json::json;
 
 use crate::interrupt::Interrupt;
+use hedgehop::progress::Observer;
 
 /// Form in which progress is told.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

@@ -5,16 +5,16 @@ use std::thread;
 use std::time::Duration;
 
 use crossbeam::channel::{RecvTimeoutError, bounded};
+use serde_json::{Value, json};
+
+use crate::view::over_ground;
+use crate::world::WorldArgs;
 use hedgehop::encode::FrameRate;
 use hedgehop::progress::Observer;
 use hedgehop::scene::{Cast, Scene, Scenery};
 use hedgehop::voxel::PageSource;
 use hedgehop::weather::{Clouds, Fog, Weather};
 use hedgehop::{Error, Result};
-use serde_json::{Value, json};
-
-use crate::view::over_ground;
-use crate::world::WorldArgs;
 
 /// Time between questions whether to go on.
 const PATIENCE: Duration = Duration::from_millis(50);

@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use hedgehop::encode::read_ray_table;
-use hedgehop::space::{Attitude, Camera, Pose, Screen};
-use hedgehop::{Error, Result};
 use serde_json::{Value, json};
 
 use crate::args::{self, Size};
+use hedgehop::encode::read_ray_table;
+use hedgehop::space::{Attitude, Camera, Pose, Screen};
+use hedgehop::{Error, Result};
 
 /// Fields of view where nothing says otherwise, degrees.
 const PLANAR_HFOV: f64 = 60.0;

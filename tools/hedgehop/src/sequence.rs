@@ -10,6 +10,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
 use crossbeam::channel::{Receiver, Sender, bounded};
+
+use crate::aov::Further;
+use crate::finish::{Finishing, Motion};
+use crate::memory::Live;
+use crate::scene::Playing;
 use hedgehop::encode::FrameRate;
 use hedgehop::frame::{Frame, Picture};
 use hedgehop::memory::{Paging, ResidentPages};
@@ -19,11 +24,6 @@ use hedgehop::space::Camera;
 use hedgehop::subimage::{Batch, Farm};
 use hedgehop::voxel::PageSource;
 use hedgehop::{Error, Result};
-
-use crate::aov::Further;
-use crate::finish::{Finishing, Motion};
-use crate::memory::Live;
-use crate::scene::Playing;
 
 /// A finished frame on its way to the disk.
 #[derive(Debug)]

@@ -7,11 +7,11 @@
 //! ```
 
 use glam::DVec2;
+
+use crate::area::metres;
 use hedgehop::Result;
 use hedgehop::space::{Camera, Pose};
 use hedgehop::voxel::Header;
-
-use crate::area::metres;
 
 /// Pixels that a detail may be wide.
 const PIXELS: f64 = 8.0;

@@ -1,7 +1,8 @@
 //! Predicted speed of other numbers of workers, beside those that were measured.
 
-use hedgehop::subimage::{FrameWork, makespan};
 use serde::Serialize;
+
+use hedgehop::subimage::{FrameWork, makespan};
 
 /// Workers up to which speed-up is predicted.
 const MOST_WORKERS: usize = 256;

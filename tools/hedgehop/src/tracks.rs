@@ -1,6 +1,7 @@
 //! Fixes of a path file that are flown.
 
 use clap::Args;
+
 use hedgehop::flight::{AltitudeMode, ReadOptions};
 use hedgehop::{Error, Result};
 

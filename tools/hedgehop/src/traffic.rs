@@ -3,14 +3,14 @@
 use std::path::Path;
 
 use glam::DVec2;
-use hedgehop::encode::atomic::{check_writable, write_bytes};
-use hedgehop::space::Camera;
-use hedgehop::voxel::{Grid, Header, PageId};
-use hedgehop::{Error, Result};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
 use crate::args::check_no_input;
+use hedgehop::encode::atomic::{check_writable, write_bytes};
+use hedgehop::space::Camera;
+use hedgehop::voxel::{Grid, Header, PageId};
+use hedgehop::{Error, Result};
 
 /// Pixels of a level's map, and of the band with the title.
 const SIDE: u32 = 520;

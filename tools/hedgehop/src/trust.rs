@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use clap::{Args, ValueEnum};
-use hedgehop::voxel::{Damaged, PageId, Trust, Verify};
 use serde_json::Value;
+
+use hedgehop::voxel::{Damaged, PageId, Trust, Verify};
 
 /// Damaged pages that are named one by one.
 const NAMED: usize = 8;

@@ -6,6 +6,13 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use glam::DVec2;
+
+use crate::aov::Partner;
+use crate::args::{self, AltitudeMode};
+use crate::screen::{ScreenArgs, Setup};
+use crate::tracks::TrackArgs;
+use crate::world::WorldArgs;
+use crate::{area, sharpness};
 use hedgehop::encode::{FrameRate, FrameSet};
 use hedgehop::flight::{Altitude, BindOptions, Fix, Horizontal, Track, Trajectory, read_track};
 use hedgehop::geo::Crs;
@@ -17,14 +24,6 @@ use hedgehop::sunlight::{Night, Sun, SunSetting};
 use hedgehop::voxel::{Header, PageSource};
 use hedgehop::{Error, Result};
 use hedgehop_query::Ground;
-
-use crate::aov::Partner;
-use crate::area;
-use crate::args::{self, AltitudeMode};
-use crate::screen::{ScreenArgs, Setup};
-use crate::sharpness;
-use crate::tracks::TrackArgs;
-use crate::world::WorldArgs;
 
 /// Far more frames than anybody renders at once, and few enough to list: days of flight.
 const MOST_FRAMES: usize = 10_000_000;

@@ -1,7 +1,8 @@
 //! A page that shows two runs over each other: one file of HTML with all pictures in it, which needs nothing else.
 
-use hedgehop::{Error, Result};
 use serde_json::{Value, json};
+
+use hedgehop::{Error, Result};
 
 /// Bytes of the pictures of the largest page.
 const MOST_BYTES: usize = 256 << 20;

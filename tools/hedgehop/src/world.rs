@@ -1,14 +1,14 @@
 //! World beyond the database: the bend of the Earth, and the area again.
 
 use glam::DVec2;
+
+use crate::args;
 use hedgehop::Result;
 use hedgehop::earth::Curvature;
 use hedgehop::progress::Observer;
 use hedgehop::raymarch::{endless_ground_height, ground_height};
 use hedgehop::render::RenderOptions;
 use hedgehop::voxel::{Grid, Header, PageSource};
-
-use crate::args;
 
 /// Flags of how the world goes on.
 #[derive(Debug, Clone, Copy, Default, clap::Args)]

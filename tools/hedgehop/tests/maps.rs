@@ -5,11 +5,11 @@ mod common;
 use std::fs;
 use std::path::Path;
 
-use hedgehop_modeling::raster::{ImageryRaster, OpenOptions, Window, open};
 use serde_json::Value;
 use tempfile::TempDir;
 
 use common::{ends, run};
+use hedgehop_modeling::raster::{ImageryRaster, OpenOptions, Window, open};
 
 const SIDE: i32 = 300;
 

@@ -4,10 +4,10 @@ mod common;
 
 use std::fs;
 
-use hedgehop::voxel::{Arrays, Grid, Metadata, write_arrays};
 use tempfile::TempDir;
 
 use common::{ends, run};
+use hedgehop::voxel::{Arrays, Grid, Metadata, write_arrays};
 
 const SCENE: &str = r##"
 [sun]

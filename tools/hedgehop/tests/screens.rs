@@ -4,8 +4,9 @@ use std::fs;
 use std::path::PathBuf;
 use std::process::{Command, Output, Stdio};
 
-use hedgehop::voxel::{Arrays, Grid, Metadata, write_arrays};
 use tempfile::TempDir;
+
+use hedgehop::voxel::{Arrays, Grid, Metadata, write_arrays};
 
 /// A folder with a database of hills and a path of 2 seconds.
 struct Site {

@@ -4,10 +4,11 @@ use std::fs;
 use std::path::PathBuf;
 use std::process::{Command, Output, Stdio};
 
-use hedgehop::voxel::{Arrays, Grid, Metadata, write_arrays};
 use image::{Rgb, RgbImage};
 use serde_json::Value;
 use tempfile::TempDir;
+
+use hedgehop::voxel::{Arrays, Grid, Metadata, write_arrays};
 
 struct Site(TempDir);
 

@@ -9,6 +9,9 @@
 //! The mean is that of a box filter over the pixel, in linear light. The samples' places are a hash of their index.
 
 use glam::Vec3;
+
+use crate::posts::PostLight;
+use crate::random::pair_of;
 use hedgehop::Result;
 use hedgehop::raymarch::{GridRay, LevelBands, Marcher};
 use hedgehop::render::RenderOptions;
@@ -18,9 +21,6 @@ use hedgehop::space::Camera;
 use hedgehop::subimage::Farm;
 use hedgehop::voxel::{Grid, PageSource};
 use hedgehop::weather::Atmosphere;
-
-use crate::posts::PostLight;
-use crate::random::pair_of;
 
 /// Colour and range of a view of level 1, `[height][width]`, row 0 at the top.
 #[derive(Debug, Clone)]

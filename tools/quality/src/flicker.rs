@@ -21,11 +21,6 @@
 use std::path::{Path, PathBuf};
 
 use glam::{DVec2, DVec3, Vec3};
-use hedgehop::raymarch::ground_height;
-use hedgehop::render::RenderOptions;
-use hedgehop::space::{Camera, Pose};
-use hedgehop::voxel::PageSource;
-use hedgehop::{Error, Result};
 use serde::Serialize;
 
 use crate::args::{self, Area, Common, Size};
@@ -34,6 +29,11 @@ use crate::exact::{one_sample, supersampled};
 use crate::measure::exact_codes;
 use crate::report::{self, PoseRecord};
 use crate::views::low_flight;
+use hedgehop::raymarch::ground_height;
+use hedgehop::render::RenderOptions;
+use hedgehop::space::{Camera, Pose};
+use hedgehop::voxel::PageSource;
+use hedgehop::{Error, Result};
 
 /// Share of the distance by which ground may differ and still be the same ground.
 const SAME_GROUND: f64 = 0.02;

@@ -3,14 +3,15 @@
 use std::path::Path;
 
 use glam::Vec3;
-use hedgehop::colour::srgb8_picture;
-use hedgehop::encode::atomic::write_bytes;
-use hedgehop::space::Camera;
-use hedgehop::{Error, Result};
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder};
 use nv_flip::{DEFAULT_PIXELS_PER_DEGREE, FlipImageRgb8, FlipPool, flip};
 use serde::Serialize;
+
+use hedgehop::colour::srgb8_picture;
+use hedgehop::encode::atomic::write_bytes;
+use hedgehop::space::Camera;
+use hedgehop::{Error, Result};
 
 /// Nearness of a picture to the truth.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]

@@ -4,14 +4,6 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use glam::DVec2;
-use hedgehop::flight::{BindOptions, ReadOptions, Trajectory, read_track};
-use hedgehop::geo::Crs;
-use hedgehop::raymarch::ground_height;
-use hedgehop::render::RenderOptions;
-use hedgehop::space::{Camera, Pose};
-use hedgehop::subimage::Farm;
-use hedgehop::voxel::PageSource;
-use hedgehop::{Error, Result};
 use serde::Serialize;
 
 use crate::args::{self, Area, Common, Size};
@@ -21,6 +13,14 @@ use crate::measure::{Nearness, codes, difference, write_png};
 use crate::report::{self, PoseRecord};
 use crate::truths::Truths;
 use crate::views::low_flight;
+use hedgehop::flight::{BindOptions, ReadOptions, Trajectory, read_track};
+use hedgehop::geo::Crs;
+use hedgehop::raymarch::ground_height;
+use hedgehop::render::RenderOptions;
+use hedgehop::space::{Camera, Pose};
+use hedgehop::subimage::Farm;
+use hedgehop::voxel::PageSource;
+use hedgehop::{Error, Result};
 
 /// Decibels by which the renderer's PSNR must exceed that of one sample per pixel.
 const LEAST_GAIN: f64 = 3.0;

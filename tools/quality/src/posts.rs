@@ -9,6 +9,7 @@
 //! pictures are judged for where and how often they sample, not for what is sampled.
 
 use glam::{DVec2, Vec3};
+
 use hedgehop::Result;
 use hedgehop::sensor::radiance::{Radiance, RadiancePages};
 use hedgehop::voxel::{PAGE_SIDE, PageId, PageSource};

@@ -2,10 +2,11 @@
 
 use std::path::Path;
 
+use serde::Serialize;
+
 use hedgehop::encode::atomic::write_bytes;
 use hedgehop::space::Pose;
 use hedgehop::{Error, Result};
-use serde::Serialize;
 
 /// A line of the answer.
 pub fn line(text: &str) {

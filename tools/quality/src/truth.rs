@@ -12,13 +12,6 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use hedgehop::raymarch::scan::Upright;
-use hedgehop::render::RenderOptions;
-use hedgehop::sensor::VisualSensor;
-use hedgehop::sensor::radiance::Radiance;
-use hedgehop::space::{Camera, Pose};
-use hedgehop::subimage::Farm;
-use hedgehop::{Error, Result};
 use serde::Serialize;
 
 use crate::args::{self, Area, Common, Size};
@@ -27,6 +20,13 @@ use crate::exact::ExactEye;
 use crate::random::Random;
 use crate::report::{self, PoseRecord};
 use crate::views::any_flight;
+use hedgehop::raymarch::scan::Upright;
+use hedgehop::render::RenderOptions;
+use hedgehop::sensor::VisualSensor;
+use hedgehop::sensor::radiance::Radiance;
+use hedgehop::space::{Camera, Pose};
+use hedgehop::subimage::Farm;
+use hedgehop::{Error, Result};
 
 /// Bounds that are asked for: median, 99 %, 99.6 % of the relative errors; share of disagreements.
 const BOUNDS: [f64; 4] = [1.5e-4, 3.0e-3, 1.0e-2, 1.0e-3];

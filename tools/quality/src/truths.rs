@@ -5,15 +5,14 @@
 
 use std::path::Path;
 
+use crate::exact::supersampled;
+use crate::random::fold;
 use hedgehop::encode::atomic::write_bytes;
 use hedgehop::render::RenderOptions;
 use hedgehop::space::Camera;
 use hedgehop::subimage::Farm;
 use hedgehop::voxel::PageSource;
 use hedgehop::{Error, Result};
-
-use crate::exact::supersampled;
-use crate::random::fold;
 
 /// Bytes of a pixel.
 const PIXEL: usize = 12;

@@ -25,6 +25,7 @@ mod outline;
 mod palette;
 mod path;
 mod roads;
+mod sample;
 mod scan;
 mod shapefile;
 mod sites;
@@ -39,15 +40,10 @@ mod water;
 use std::error::Error;
 use std::path::PathBuf;
 
+use crate::sample::Sample;
+
 /// The files' names and contents.
 type Files = [(&'static str, Vec<u8>); 14];
-
-/// All that the files show.
-struct Sample {
-    water: water::Water,
-    roads: Vec<roads::Road>,
-    valley: land::Valley,
-}
 
 fn main() -> Result<(), Box<dyn Error>> {
     let folder = PathBuf::from(std::env::args_os().nth(1).ok_or("usage: hedgehop-valley FOLDER")?);

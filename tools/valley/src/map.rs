@@ -1,6 +1,5 @@
 //! The map of the valley: what stands and lies on the ground, by OpenStreetMap's tags.
 
-use crate::Sample;
 use crate::features::{Feature, Geometry, Value};
 use crate::grid::{PIXELS, SIDE, around, centre};
 use crate::land::Tree;
@@ -8,6 +7,7 @@ use crate::noise::uniform;
 use crate::outline::{self, Place};
 use crate::palette::colour;
 use crate::roads::{self, Road};
+use crate::sample::Sample;
 use crate::sites;
 use crate::terrain::{area_from_valley, centre_line};
 use crate::village::{Building, Use};

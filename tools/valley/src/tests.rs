@@ -6,7 +6,8 @@ use tiff::decoder::{Decoder, DecodingResult};
 
 use crate::grid::{SIDE, SIZE, SPACING, sample};
 use crate::path::{PathPlace, highest_around};
-use crate::{Sample, files, path, sample as make};
+use crate::sample::Sample;
+use crate::{files, path, sample as make};
 
 pub static SAMPLE: LazyLock<Sample> = LazyLock::new(make);
 

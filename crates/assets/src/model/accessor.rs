@@ -3,7 +3,7 @@
 use gltf::accessor::{DataType, Dimensions};
 use gltf::{Accessor, Semantic};
 
-use super::Clause;
+use crate::model::Clause;
 
 /// Elements of an accessor, checked against its buffer.
 struct Elements<'b> {

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::Clause;
+use crate::model::Clause;
 use hedgehop_base::document::unmarked;
 use hedgehop_base::error::{Error, Result};
 

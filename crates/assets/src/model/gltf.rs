@@ -1,17 +1,18 @@
 //! glTF 2.0 (Khronos, 2021), as text or binary: what its scene shows at rest, of the base colour of its materials.
 
+use std::sync::Arc;
+
 use glam::{DMat3, DMat4, DVec3, Mat3, Vec2, Vec3};
 use gltf::material::AlphaMode;
 use gltf::mesh::Mode;
 use gltf::texture::WrappingMode;
 use gltf::{Gltf, Node, Primitive, Semantic};
-use std::sync::Arc;
 
 use super::files::{self, Files};
 use super::picture::Pictures;
-use super::{
-    MOST_CORNERS, MOST_TRIANGLES, Material, Model, ModelNode, ModelPart, Texture, Wrap, accessor, numbers,
-};
+use super::{Texture, Wrap, accessor, numbers};
+use crate::model::contents::MOST_CORNERS;
+use crate::model::{MOST_TRIANGLES, Material, Model, ModelNode, ModelPart};
 use hedgehop_base::error::Result;
 
 /// Alpha below which what is meant to be seen through is not shown.

@@ -8,7 +8,7 @@ use std::fmt;
 use serde::Deserializer;
 use serde::de::{DeserializeSeed, Error, IgnoredAny, MapAccess, SeqAccess, Visitor};
 
-use super::Clause;
+use crate::model::Clause;
 
 /// Bytes before the JSON of a binary file: its header, and the chunk's.
 const BEFORE_JSON: usize = 20;

@@ -7,7 +7,9 @@ use glam::{DMat3, DVec3, Vec2, Vec3};
 
 use super::files::Files;
 use super::picture::Pictures;
-use super::{Clause, MOST_CORNERS, MOST_TRIANGLES, Material, Model, ModelPart, Texture, Wrap, within};
+use super::{Texture, Wrap};
+use crate::model::contents::{MOST_CORNERS, within};
+use crate::model::{Clause, MOST_TRIANGLES, Material, Model, ModelPart};
 use hedgehop_base::document::unmarked;
 use hedgehop_base::error::Result;
 

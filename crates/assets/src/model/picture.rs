@@ -2,8 +2,10 @@
 
 use std::sync::Arc;
 
-use super::{Clause, Texture, Wrap};
-use crate::picture::{self, Fault, Header, Transparency};
+use super::{Texture, Wrap};
+use crate::model::Clause;
+use crate::picture;
+use crate::picture::{Fault, Header, Transparency};
 
 /// Texels of all textures of the largest model: with what is coarser 180 MB.
 const MOST_TEXELS: u64 = 1 << 25;

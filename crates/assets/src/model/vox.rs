@@ -6,7 +6,8 @@ use std::collections::BTreeMap;
 use dot_vox::{DotVoxData, Model, SceneNode};
 use glam::{DMat3, DVec3, IVec3, Vec3};
 
-use super::{Clause, MOST_CORNERS, MOST_TRIANGLES, Material, ModelPart, within};
+use crate::model::contents::{MOST_CORNERS, within};
+use crate::model::{Clause, MOST_TRIANGLES, Material, ModelPart};
 use hedgehop_base::colour::linear_from_srgb8;
 
 /// Bytes of a chunk's header: name, bytes of its own, bytes of its children.
@@ -20,10 +21,10 @@ const MOST_SIDE: u32 = 256;
 /// Instances that a scene graph may have.
 const MOST_INSTANCES: usize = 65_536;
 
-pub(super) fn read(bytes: &[u8]) -> Clause<super::Model> {
+pub(super) fn read(bytes: &[u8]) -> Clause<crate::model::contents::Model> {
     check(bytes)?;
     let data = dot_vox::load_bytes(bytes).map_err(|error| format!("it is no MagicaVoxel file: {error}"))?;
-    let mut raw = super::Model::new(DMat3::IDENTITY);
+    let mut raw = crate::model::contents::Model::new(DMat3::IDENTITY);
 
     let mut part = ModelPart {
         positions: Vec::new(),

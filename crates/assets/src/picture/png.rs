@@ -4,7 +4,7 @@ use std::io::Cursor;
 
 use png::{BitDepth, ColorType, DecodeOptions, Decoder, Limits, Reader, Transformations};
 
-use super::{Fault, Format, Header, Transparency};
+use crate::picture::{Fault, Format, Header, Transparency};
 
 /// Bytes that the decoder may take besides the picture.
 const WORKSPACE: usize = 64 << 20;

@@ -1,6 +1,7 @@
 //! Every byte of a PNG counts.
 
-use super::{Fault, Format, Transparency, decode, header};
+use super::{decode, header};
+use crate::picture::{Fault, Format, Transparency};
 
 /// A PNG of 9 × 7 pixels, with a palette and a transparent value where it may have them.
 fn png(color: png::ColorType, depth: png::BitDepth, transparency: &[u8]) -> Vec<u8> {

@@ -31,16 +31,15 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
+use super::counts::PageCounts;
+use crate::surveyed::Survey;
 pub(super) use aside::Aside;
 pub use handover::take_over;
+use hedgehop::voxel::{ContentHash, EarlierFile, EarlierPage, Grid, Metadata, PageId, PageWriter};
+use hedgehop_base::error::{Error, Result};
 pub(super) use key::{Key, Keyer};
 pub(super) use log::{Extent, MadeRecord};
 use log::{KnownSteps, Log, Stamp, name_of};
-
-use super::counts::PageCounts;
-use crate::surveyed::Survey;
-use hedgehop::voxel::{ContentHash, EarlierFile, EarlierPage, Grid, Metadata, PageId, PageWriter};
-use hedgehop_base::error::{Error, Result};
 
 /// Suffix of a file that notes steps.
 const SUFFIX: &str = ".steps";

@@ -26,8 +26,7 @@ use crate::natural::NaturalGround;
 use crate::placing::{self, Collection, Raised};
 use crate::plan::Plan;
 use crate::warp::{LevelGrid, Rect};
-use hedgehop::voxel::Material;
-use hedgehop::voxel::{self, Grid, HeightCode, Symmetry};
+use hedgehop::voxel::{self, Grid, HeightCode, Material, Symmetry};
 use hedgehop_base::error::Result;
 
 /// Places of one object up to which each has a shape of its own; of more all stand in the middle of their voxels.

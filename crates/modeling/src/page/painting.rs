@@ -5,8 +5,7 @@ use std::collections::HashMap;
 use glam::DVec2;
 
 use super::{Bare, MadeBlock, PageGround, PageMaker, Project};
-use crate::built::Built;
-use crate::built::DENSE;
+use crate::built::{Built, DENSE};
 use crate::cloud;
 use crate::land_cover::{self, LandCover};
 use crate::placing::{Placed, covered};

@@ -5,13 +5,12 @@
 //! the groups that a window needs are parsed. Integers become int32, anything else float32, as in GDAL (which only looks
 //! at the first 100 KiB to decide; here the whole file counts).
 
-use super::georeference;
 use std::io::{BufRead, BufReader, Seek, SeekFrom};
 use std::path::Path;
 
 use super::blocks::{Block, BlockIndex, BlockRaster, BlockSource};
 use super::file::InputFile;
-use super::{nodata, side};
+use super::{georeference, nodata, side};
 use crate::raster::{GeoTransform, OpenOptions, Raster, RasterInfo, SampleType};
 use hedgehop_base::document::unmarked;
 use hedgehop_base::error::{Error, Result};

@@ -3,9 +3,7 @@
 //! They stand in a TIFF's tag 42112 and in `FILE.aux.xml` beside a raster of any format, which counts where both speak, as in GDAL.
 
 use super::nodata;
-use crate::raster::Band;
-use crate::raster::RasterInfo;
-use crate::raster::Role;
+use crate::raster::{Band, RasterInfo, Role};
 use hedgehop_base::error::{Error, Result};
 
 impl Default for Band {

@@ -10,9 +10,8 @@
 use super::blocks::BlockRaster;
 use super::columns::{GROUP, RasterColumns, plain_little_endian};
 use super::file::InputFile;
-use super::georeference;
 use super::sample::ByteOrder;
-use super::side;
+use super::{georeference, side};
 use crate::raster::{OpenOptions, Raster, RasterInfo, SampleType};
 use hedgehop_base::error::{Error, Result};
 use hedgehop_geo::{Crs, VerticalCrs};

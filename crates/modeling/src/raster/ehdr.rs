@@ -4,14 +4,13 @@
 //! `ULXMAP` and `ULYMAP` are the centre of the first pixel. What a header leaves out has the defaults of Esri: one band,
 //! band-interleaved by line, 8 bits; 16 bits without `PIXELTYPE` are signed, as in GTOPO30; `.flt` is 32-bit float.
 
-use super::georeference;
 use std::path::Path;
 
 use super::fields::TextFields;
 use super::file::InputFile;
 use super::raw::{RawRaster, RowStarts, SamplePlacement};
 use super::sample::ByteOrder;
-use super::{nodata, side};
+use super::{georeference, nodata, side};
 use crate::raster::{GeoTransform, Raster, RasterInfo, SampleType};
 use hedgehop_base::error::{Error, Result};
 

@@ -5,7 +5,6 @@
 //! corner of the first pixel, to a place. The CRS is taken from `coordinate system string`, else from UTM or geographic
 //! WGS 84 in `map info`.
 
-use super::georeference;
 use std::collections::HashMap;
 use std::path::Path;
 
@@ -13,7 +12,7 @@ use super::fields::TextFields;
 use super::file::InputFile;
 use super::raw::{RawRaster, RowStarts, SamplePlacement};
 use super::sample::ByteOrder;
-use super::{nodata, side};
+use super::{georeference, nodata, side};
 use crate::raster::{GeoTransform, Raster, RasterInfo, SampleType};
 use hedgehop_base::error::{Error, Result};
 use hedgehop_geo::Crs;

@@ -1,8 +1,9 @@
 //! Place and system of a raster, as files beside it state them.
 
+use std::path::Path;
+
 use crate::raster::{GeoTransform, RasterInfo};
 use hedgehop_geo::{Crs, LocalSystem};
-use std::path::Path;
 
 /// Takes the CRS that a text in `source` states, or notes why it cannot be taken.
 pub(super) fn set_crs(info: &mut RasterInfo, source: &Path, wkt: &str) {

@@ -1,8 +1,9 @@
 //! Properties of rasters, and what all readers offer.
 
+use std::path::{Path, PathBuf};
+
 use hedgehop_base::error::Result;
 use hedgehop_geo::{Crs, LocalSystem, VerticalCrs};
-use std::path::{Path, PathBuf};
 
 /// Options of opening a raster.
 #[derive(Debug, Clone)]

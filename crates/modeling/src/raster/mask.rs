@@ -4,11 +4,11 @@
 //! behind its name (`gdal_translate -mask`, `nearblack -setmask`); the file beside it counts where there are both. 0 means that
 //! there is nothing. A mask becomes an alpha band behind the others, so that nobody has to know of it.
 
-use crate::raster::masked::Masked;
 use std::path::{Path, PathBuf};
 
 use super::file::InputFile;
 use super::tiff;
+use crate::raster::masked::Masked;
 use crate::raster::{OpenOptions, Raster, RasterInfo};
 use hedgehop_base::error::{Error, Result};
 

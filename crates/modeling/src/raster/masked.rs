@@ -1,7 +1,6 @@
 //! Rasters with a mask as their last band.
 
-use crate::raster::{Band, Role};
-use crate::raster::{Raster, RasterInfo, SampleType, Window};
+use crate::raster::{Band, Raster, RasterInfo, Role, SampleType, Window};
 use hedgehop_base::error::Result;
 
 /// A raster with its mask as a last band. An alpha band that it has already gives way to the mask, unless its colours are

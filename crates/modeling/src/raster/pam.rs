@@ -3,7 +3,6 @@
 //! Read are colours, scale, offset, unit and no data of bands, and place and reference system where the raster has none.
 //! Statistics, histograms, overviews and tables of attributes change no value and are passed over.
 
-use super::georeference;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -11,6 +10,7 @@ use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 
 use super::band::{Statement, Subject};
+use super::georeference;
 use crate::raster::{GeoTransform, RasterInfo};
 use hedgehop_base::document::unmarked;
 use hedgehop_base::error::{Error, Result};

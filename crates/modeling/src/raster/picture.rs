@@ -7,8 +7,7 @@
 use super::blocks::{Block, BlockIndex, BlockRaster, BlockSource};
 use super::file::InputFile;
 use super::side;
-use crate::raster::{Band, Role};
-use crate::raster::{OpenOptions, Raster, RasterInfo, SampleType};
+use crate::raster::{Band, OpenOptions, Raster, RasterInfo, Role, SampleType};
 use hedgehop_assets::picture::{self, Fault, Format, Header, Transparency};
 use hedgehop_base::error::{Error, Result};
 

@@ -1,10 +1,10 @@
 //! Files beside a raster: world files and `.prj`.
 
-use super::georeference::set_crs;
 use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
+use super::georeference::set_crs;
 use super::pam;
 use crate::raster::{GeoTransform, RasterInfo};
 use hedgehop_base::document::unmarked;

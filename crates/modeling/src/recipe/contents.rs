@@ -1,8 +1,9 @@
 //! Contents of a recipe.
 
+use std::path::PathBuf;
+
 use crate::BuildOptions;
 use hedgehop::sunlight::SunSetting;
-use std::path::PathBuf;
 
 /// Recipe of a database.
 #[derive(Debug)]

@@ -1,10 +1,12 @@
 //! Files and systems that tables name.
 
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+
 use super::fields::Fields;
 use super::pattern::matching;
 use hedgehop_geo::Crs;
-use serde::Deserialize;
-use std::path::{Path, PathBuf};
 
 /// One value, or several in brackets.
 #[derive(Deserialize)]

@@ -1,9 +1,10 @@
 //! Route of a path file over the ground.
 
+use std::path::Path;
+
 use crate::{Place, Route};
 use hedgehop::flight::{Fix, Horizontal, ReadOptions, read_track};
 use hedgehop_base::error::Result;
-use std::path::Path;
 
 /// Reads the route of a path file over the ground.
 ///

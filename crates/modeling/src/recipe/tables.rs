@@ -1,26 +1,21 @@
 //! The tables of a recipe, and what they may hold.
 
-use super::files::file;
-use crate::recipe::files::OneOrMany;
-use crate::recipe::files::crs;
-use crate::recipe::files::files;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::cover;
 use super::fields::{Fields, Mistakes};
-use super::objects;
+use super::files::file;
 use super::synthetic::{HEIGHT, synthetic};
 use super::words::error_in_keys;
+use super::{cover, objects};
 use crate::features::{Columns, FeatureClass, LayerOptions};
-use crate::raster::OpenOptions;
-use crate::raster::open;
-use crate::recipe::Recipe;
+use crate::raster::{OpenOptions, open};
 use crate::recipe::contents::Lines;
-use crate::recipe::route;
+use crate::recipe::files::{OneOrMany, crs, files};
+use crate::recipe::{Recipe, route};
 use crate::{
     BuildOptions, CloudFile, Corridor, ElevationFile, FeatureFile, ImageryFile, Interpolation, NodataFill,
     check_shadows,

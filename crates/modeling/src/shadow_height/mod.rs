@@ -38,7 +38,7 @@ use std::path::Path;
 pub use answer::{Answer, Origin, ShadowHeight};
 pub use report::{ShadowOptions, ShadowReport};
 
-use super::features::{self};
+use super::features;
 use hedgehop_base::error::{Error, Result};
 use hedgehop_base::progress::Observer;
 

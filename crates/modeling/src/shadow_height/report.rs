@@ -1,10 +1,11 @@
 //! Options and report of measuring heights.
 
+use std::path::PathBuf;
+
 use super::super::features::{Layer, LayerOptions};
 use super::super::options::{ElevationFile, ImageryFile};
 use crate::shadow_height::Answer;
 use hedgehop::sunlight::{Sun, SunSetting};
-use std::path::PathBuf;
 
 /// Options of measuring heights.
 #[derive(Debug, Clone)]

@@ -1,8 +1,9 @@
 //! Lattice of a raster's posts on the ground.
 
+use glam::DVec2;
+
 use super::super::warp;
 use crate::opened::Opened;
-use glam::DVec2;
 
 /// Lattice of a raster's posts on the ground.
 #[derive(Debug, Clone, Copy, PartialEq)]

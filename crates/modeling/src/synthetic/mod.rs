@@ -29,8 +29,7 @@ pub use texture::{Pattern, Texture};
 
 use super::tint::mix;
 use super::warp::{self, LevelGrid, Rect};
-use hedgehop::voxel::Material;
-use hedgehop::voxel::{Grid, VoxelBlock};
+use hedgehop::voxel::{Grid, Material, VoxelBlock};
 use hedgehop_base::colour::{linear_from_srgb8, srgb8_from_linear};
 
 /// Terrain, detail and textures of a database besides what its files hold.

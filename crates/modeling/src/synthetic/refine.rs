@@ -11,15 +11,13 @@
 //! that posts can hold. A surface whose profiles have power f^−β goes on as it is if the roughness is 2^−(β−1)/2; curvatures over one and over two
 //! posts measure it: their mean squares are as roughness² to 1. Posts on level ground (water) have waves of no height.
 
-use crate::synthetic::Detail;
-use crate::synthetic::Lattice;
-use crate::synthetic::Roughness;
 use serde::{Deserialize, Serialize};
 
 use super::super::kernel::Samples;
 use super::super::placed::ElevationInput;
 use super::noise::Waves;
 use crate::raster::Window;
+use crate::synthetic::{Detail, Lattice, Roughness};
 use hedgehop_base::error::Result;
 
 impl Detail {

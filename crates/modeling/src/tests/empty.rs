@@ -4,13 +4,11 @@ use std::path::Path;
 
 use super::disk_space::with_free;
 use super::support::{Area, built, north_up, options, sheet, terrain, try_build};
-use crate::Merger;
 use crate::disk_space::DiskSpace;
 use crate::inputs::Inputs;
 use crate::opened::Opened;
-use crate::plan;
 use crate::reach::Reach;
-use crate::{Baking, ExtractPart, NodataFill, bake_shadows, extract};
+use crate::{Baking, ExtractPart, Merger, NodataFill, bake_shadows, extract, plan};
 use hedgehop::sunlight::Sun;
 use hedgehop::voxel::{MemPages, PageId, PageSource, in_full, verify};
 use hedgehop_base::progress::Silent;

@@ -3,15 +3,11 @@
 use glam::DVec2;
 
 use super::support::{Area, north_up, options, sheet, terrain};
-use crate::BuildOptions;
 use crate::budget::Budget;
 use crate::inputs::Inputs;
 use crate::land_cover::SampleClass;
 use crate::opened::Opened;
-use crate::{Corridor, Place, Route};
-use crate::{Finish, Materials};
-use crate::{LandCoverFile, Scheme};
-use crate::{build, warp};
+use crate::{BuildOptions, Corridor, Finish, LandCoverFile, Materials, Place, Route, Scheme, build, warp};
 use hedgehop::voxel::{Attributes, Material, PAGE_SIDE, PageId, PageSource};
 use hedgehop_base::progress::Silent;
 use hedgehop_geo::{Crs, Transform};

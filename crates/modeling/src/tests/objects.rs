@@ -9,10 +9,9 @@ use std::path::{Path, PathBuf};
 use glam::DVec2;
 
 use super::support::{Area, options};
-use crate::BuildOptions;
 use crate::object::{BuiltIn, ObjectFile, ScatterFile, ScatterForm, Stance};
 use crate::synthetic::Terrain;
-use crate::{BuildReport, Finish, Materials, build};
+use crate::{BuildOptions, BuildReport, Finish, Materials, build};
 use hedgehop::voxel::{Material, PageSource};
 use hedgehop_base::progress::Silent;
 

@@ -2,13 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::BuildOptions;
 use crate::budget::Budget;
-use crate::build;
 use crate::inputs::Inputs;
 use crate::kernel::Samples;
 use crate::opened::Opened;
 use crate::raster::{GeoTransform, Window};
+use crate::{BuildOptions, build};
 use hedgehop::voxel::{Attributes, Grid, MemPages, PAGE_SIDE, PageId, PageSource};
 use hedgehop_base::error::Result;
 use hedgehop_base::progress::Silent;

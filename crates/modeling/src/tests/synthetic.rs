@@ -8,8 +8,7 @@ use crate::synthetic::{
 };
 use crate::warp::{LevelGrid, Rect};
 use crate::{BuildOptions, Interpolation};
-use hedgehop::voxel::Grid;
-use hedgehop::voxel::Material;
+use hedgehop::voxel::{Grid, Material};
 use hedgehop_geo::Crs;
 
 fn plane(height_m: f64) -> Terrain {

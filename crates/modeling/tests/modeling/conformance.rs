@@ -4,11 +4,12 @@
 
 use std::path::{Path, PathBuf};
 
+use serde_json::Value;
+
 use hedgehop_modeling::raster::{
     ElevationRaster, ImageryRaster, OpenOptions, Raster, RasterInfo, SampleType, Window, open,
 };
 use hedgehop_testing::realdata;
-use serde_json::Value;
 
 fn whole(info: &RasterInfo) -> Window {
     Window { x: 0, y: 0, width: info.width, height: info.height }

@@ -5,6 +5,7 @@ use std::path::Path;
 use std::sync::LazyLock;
 
 use glam::{DVec2, DVec3};
+
 use hedgehop::frame::Frame;
 use hedgehop::progress::Silent;
 use hedgehop::raymarch::ground_height;

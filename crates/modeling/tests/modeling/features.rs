@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use glam::{DVec2, DVec3, dvec2};
+
 use hedgehop::earth::Curvature;
 use hedgehop::memory::PageFile;
 use hedgehop::progress::Silent;

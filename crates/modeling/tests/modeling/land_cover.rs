@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
+use tempfile::TempDir;
+
 use hedgehop::memory::PageFile;
 use hedgehop::progress::Silent;
 use hedgehop::voxel::{Material, PageSource};
@@ -13,7 +15,6 @@ use hedgehop_modeling::{
     BuildOptions, ElevationFile, FeatureFile, Finish, LandCoverFile, Materials, Scheme, build,
 };
 use hedgehop_query::{attributes_at, tally};
-use tempfile::TempDir;
 
 const WEST: f64 = 500_000.0;
 const SOUTH: f64 = 5_000_000.0;

@@ -4,6 +4,8 @@
 use std::path::{Path, PathBuf};
 
 use glam::{DVec2, DVec3, Vec3, dvec2};
+use serde_json::Value;
+
 use hedgehop::frame::Frame;
 use hedgehop::memory::PageFile;
 use hedgehop::progress::Silent;
@@ -14,7 +16,6 @@ use hedgehop::subimage::Farm;
 use hedgehop::voxel::PageSource;
 use hedgehop_modeling::{BuildOptions, FeatureFile, build};
 use hedgehop_testing::realdata;
-use serde_json::Value;
 
 /// What is built: west, south, east, north, metres of UTM zone 11. Hangars, apron and terminal, and neither wood nor fence.
 const AREA: [f64; 4] = [239_640.0, 3_813_500.0, 239_906.0, 3_813_870.0];

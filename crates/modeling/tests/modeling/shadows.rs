@@ -1,6 +1,7 @@
 //! Shadows of the ground, in whole frames.
 
 use glam::{DVec2, Vec3};
+
 use hedgehop::frame::Frame;
 use hedgehop::memory::PageFile;
 use hedgehop::progress::Silent;

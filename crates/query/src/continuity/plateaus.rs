@@ -11,7 +11,8 @@ use std::collections::HashMap;
 
 use glam::DVec2;
 
-use super::{Fault, Finding, Found, Patch};
+use crate::continuity::found::{Found, Patch};
+use crate::continuity::{Fault, Finding};
 use hedgehop::voxel::HeightCode;
 
 /// Voxels of a flat top, at least.

@@ -15,7 +15,8 @@ use std::collections::BTreeMap;
 
 use glam::DVec2;
 
-use super::{Fault, Finding, Found, Patch};
+use crate::continuity::found::{Found, Patch};
+use crate::continuity::{Fault, Finding};
 use hedgehop::voxel::{Header, PAGE_SIDE};
 
 /// Voxels of a piece.

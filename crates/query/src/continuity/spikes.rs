@@ -9,7 +9,8 @@
 //! The median leaves out other spikes nearby (Hampel, "The influence curve and its role in robust estimation", JASA 69, 1974); the plane, slopes. Without
 //! the least roughness each pebble on level ground would be one.
 
-use super::{Fault, Found, Patch};
+use crate::continuity::Fault;
+use crate::continuity::found::{Found, Patch};
 
 /// Least roughness, in sides of a voxel and in steps of height.
 const LEAST_SIDES: f64 = 0.05;

@@ -10,7 +10,8 @@
 
 use std::collections::BTreeMap;
 
-use super::{Fault, Finding, Found, Patch};
+use crate::continuity::found::{Found, Patch};
+use crate::continuity::{Fault, Finding};
 use hedgehop::voxel::HeightCode;
 
 /// Voxels along the side of a block.

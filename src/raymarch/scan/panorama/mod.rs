@@ -21,12 +21,13 @@
 mod annulus;
 mod directions;
 
-use self::annulus::MARGIN;
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::ops::Range;
 use std::sync::Arc;
 
 use glam::{DMat3, DVec2, DVec3};
+
+use self::annulus::MARGIN;
 
 pub use annulus::{Annulus, Between};
 use directions::DirectionCell;

@@ -1,7 +1,6 @@
 //! The ground's horizon along one plane.
 
-use crate::raymarch::scan::Profile;
-use crate::raymarch::scan::{NO_SLOPE, VisibleSegment};
+use crate::raymarch::scan::{NO_SLOPE, Profile, VisibleSegment};
 
 /// Goes along a profile: up to which tangent the ground nearer than some distance hides what is behind.
 pub(super) struct FloatingHorizon<'p> {

@@ -30,19 +30,19 @@ mod walk;
 #[cfg(test)]
 mod tests;
 
-use self::metric::LEAST_DISTANCE;
-use crate::raymarch::scan::spans::metric::Metric;
 use glam::DVec3;
 
 use self::column::FreeRows;
 pub use self::column::SpanCoverage;
 use self::crossing::VoxelCrossing;
 use self::horizon::FloatingHorizon;
+use self::metric::LEAST_DISTANCE;
 pub use self::metric::{FaceDirection, FacetLight};
 use self::voxels::{Passed, PlaneCourse, VoxelVeil};
 use self::walk::{VoxelStep, Walk};
 use super::{MarchField, PlaneGroup, Profile, RowTable};
 use crate::raymarch::blocks::{Blocks, corner_on_page};
+use crate::raymarch::scan::spans::metric::Metric;
 use crate::simd::{Isa, Kernel, LANES, Simd, Sixteen};
 use crate::voxel::{BLOCK_SIDE, Cut, Grid, PageId, PageSource, Span, SpanBlock, SpansView};
 use hedgehop_base::error::Result;

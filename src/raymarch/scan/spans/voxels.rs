@@ -12,10 +12,9 @@
 //!   └───┴───┴──┴───┴───┘
 //! ```
 
+use crate::raymarch::scan::spans::metric::LEAST_DISTANCE;
 use crate::simd::{Floats, Ints, LANES, Mask, Simd, Sixteen};
 use crate::voxel::BLOCK_SIDE;
-
-use crate::raymarch::scan::spans::metric::LEAST_DISTANCE;
 
 const SIDE: f64 = BLOCK_SIDE as f64;
 const VOXELS: usize = (BLOCK_SIDE * BLOCK_SIDE) as usize;

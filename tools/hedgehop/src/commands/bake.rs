@@ -2,18 +2,16 @@
 
 use std::path::{Path, PathBuf};
 
-use hedgehop::memory::PageFile;
-use hedgehop::sunlight::SunSetting;
-use hedgehop::voxel::PageSource;
-use hedgehop_modeling::{Baking, bake_shadows};
-
-use crate::area;
-use crate::args;
 use crate::exit::{self, Outcome};
 use crate::interrupt::Interrupt;
 use crate::making::Making;
 use crate::program::program;
 use crate::progress::Reporter;
+use crate::{area, args};
+use hedgehop::memory::PageFile;
+use hedgehop::sunlight::SunSetting;
+use hedgehop::voxel::PageSource;
+use hedgehop_modeling::{Baking, bake_shadows};
 
 const EXAMPLE: &str = "\
 Examples:

@@ -17,18 +17,6 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use hedgehop::encode::atomic::{check_writable, write_bytes};
-use hedgehop::encode::{FrameInfo, FrameRate, FrameSet, encode_picture};
-use hedgehop::frame::Picture;
-use hedgehop::memory::{PageFile, ResidentPages};
-use hedgehop::progress::Observer;
-use hedgehop::render::{Engine, FlightPlan, RenderOptions, Renderer, StageTimes};
-use hedgehop::scene::{Scene, Scenery};
-use hedgehop::space::Camera;
-use hedgehop::subimage::{Batch, DEFAULT_IN_FLIGHT, Farm, FrameWork, TaskSize, Trace};
-use hedgehop::voxel::PageSource;
-use hedgehop::{Error, Result};
-
 use crate::args::{self, Instructions, Overlap, Size, check_no_input};
 use crate::exit::{self, Failure, Outcome};
 use crate::figures::{BenchReport, Figures};
@@ -42,9 +30,19 @@ use crate::sequence::Product;
 use crate::speedup::Prediction;
 use crate::trust::{self, TrustArgs};
 use crate::view::{FlightArgs, LookArgs};
-
 use crew::{Crew, Pass, crews, last_passes};
 use frames::Timed;
+use hedgehop::encode::atomic::{check_writable, write_bytes};
+use hedgehop::encode::{FrameInfo, FrameRate, FrameSet, encode_picture};
+use hedgehop::frame::Picture;
+use hedgehop::memory::{PageFile, ResidentPages};
+use hedgehop::progress::Observer;
+use hedgehop::render::{Engine, FlightPlan, RenderOptions, Renderer, StageTimes};
+use hedgehop::scene::{Scene, Scenery};
+use hedgehop::space::Camera;
+use hedgehop::subimage::{Batch, DEFAULT_IN_FLIGHT, Farm, FrameWork, TaskSize, Trace};
+use hedgehop::voxel::PageSource;
+use hedgehop::{Error, Result};
 
 const EXAMPLE: &str = "\
 Examples:

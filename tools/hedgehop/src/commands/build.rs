@@ -6,6 +6,14 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
+
+use crate::exit::{self, Outcome};
+use crate::interrupt::Interrupt;
+use crate::making::Making;
+use crate::program::program;
+use crate::progress::Reporter;
+use crate::tracks::TrackArgs;
+use crate::{area, args};
 use hedgehop::Error;
 use hedgehop::geo::VerticalDatum;
 use hedgehop::memory::PageFile;
@@ -17,15 +25,6 @@ use hedgehop_modeling::{
     BuildOptions, BuildReport, CloudFile, Corridor, ElevationFile, FeatureFile, ImageryFile, Interpolation,
     LandCoverFile, Materials, NodataFill, Scheme, is_own_work,
 };
-
-use crate::area;
-use crate::args;
-use crate::exit::{self, Outcome};
-use crate::interrupt::Interrupt;
-use crate::making::Making;
-use crate::program::program;
-use crate::progress::Reporter;
-use crate::tracks::TrackArgs;
 
 pub use order::Order;
 

@@ -3,9 +3,6 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use hedgehop::Error;
-use hedgehop::encode::atomic::{check_writable, write_bytes};
-use hedgehop::progress::Observer;
 use serde_json::json;
 
 use crate::args::check_no_input;
@@ -15,6 +12,9 @@ use crate::interrupt::Interrupt;
 use crate::pictures;
 use crate::progress::{Mode, Reporter};
 use crate::viewer::Viewer;
+use hedgehop::Error;
+use hedgehop::encode::atomic::{check_writable, write_bytes};
+use hedgehop::progress::Observer;
 
 const EXAMPLE: &str = "\
 Examples:

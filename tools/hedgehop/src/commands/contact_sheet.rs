@@ -2,16 +2,15 @@
 
 use std::path::PathBuf;
 
-use hedgehop::Error;
-use hedgehop::encode::atomic::{check_writable, write_bytes};
-use hedgehop::progress::Observer;
-
 use crate::args::{check_no_input, expanded};
 use crate::contact_sheet::{Entry, WIDTH, sheet, spread};
 use crate::exit::{self, Outcome};
 use crate::interrupt::Interrupt;
 use crate::progress::{Mode, Reporter};
 use crate::{film, pictures};
+use hedgehop::Error;
+use hedgehop::encode::atomic::{check_writable, write_bytes};
+use hedgehop::progress::Observer;
 
 const EXAMPLE: &str = "\
 Examples:

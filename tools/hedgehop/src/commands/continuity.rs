@@ -2,22 +2,18 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::commands::contours::relief;
+use crate::exit::{self, Failure, Outcome};
+use crate::faults::{self, FaultKind};
+use crate::interrupt::Interrupt;
+use crate::places::Places;
+use crate::progress::{Mode, Reporter};
+use crate::{args, chart, maps, pictures};
 use hedgehop::encode::atomic::{check_writable, write_bytes};
 use hedgehop::memory::PageFile;
 use hedgehop::voxel::PageSource;
 use hedgehop::{Error, Result};
 use hedgehop_query::{ContinuityLimits, MapExtent, continuity};
-
-use crate::args;
-use crate::chart;
-use crate::commands::contours::relief;
-use crate::exit::{self, Failure, Outcome};
-use crate::faults::{self, FaultKind};
-use crate::interrupt::Interrupt;
-use crate::maps;
-use crate::pictures;
-use crate::places::Places;
-use crate::progress::{Mode, Reporter};
 
 const EXAMPLE: &str = "\
 Examples:

@@ -3,6 +3,13 @@
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
+use image::{Rgb, RgbImage};
+
+use crate::exit::{self, Outcome};
+use crate::interrupt::Interrupt;
+use crate::places::Places;
+use crate::progress::{Mode, Reporter};
+use crate::{area, args, chart, lines, maps, pictures};
 use hedgehop::encode::atomic::{write_bytes, write_with};
 use hedgehop::encode::geotiff::{TILE, write_full_geotiff};
 use hedgehop::memory::PageFile;
@@ -13,18 +20,6 @@ use hedgehop::{Error, Result};
 use hedgehop_query::{
     Contour, GroundMap, Hillshade, MapExtent, Sheet, contour_range, contours, fitting_interval,
 };
-use image::{Rgb, RgbImage};
-
-use crate::area;
-use crate::args;
-use crate::chart;
-use crate::exit::{self, Outcome};
-use crate::interrupt::Interrupt;
-use crate::lines;
-use crate::maps;
-use crate::pictures;
-use crate::places::Places;
-use crate::progress::{Mode, Reporter};
 
 const EXAMPLE: &str = "\
 Examples:

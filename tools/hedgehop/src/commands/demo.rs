@@ -3,13 +3,6 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use hedgehop::encode::FramePattern;
-use hedgehop::encode::atomic::write_bytes;
-use hedgehop::encode::video::check_video;
-use hedgehop::memory::PageFile;
-use hedgehop::progress::Observer;
-use hedgehop::{Error, Result};
-
 use crate::aov::AovArgs;
 use crate::args::{self, Instructions, Overlap, Size, Workers};
 use crate::commands::build::Order;
@@ -28,6 +21,12 @@ use crate::tracks::TrackArgs;
 use crate::trust::TrustArgs;
 use crate::view::{FlightArgs, LookArgs, Surface};
 use crate::world::WorldArgs;
+use hedgehop::encode::FramePattern;
+use hedgehop::encode::atomic::write_bytes;
+use hedgehop::encode::video::check_video;
+use hedgehop::memory::PageFile;
+use hedgehop::progress::Observer;
+use hedgehop::{Error, Result};
 
 const EXAMPLE: &str = "\
 Examples:

@@ -2,19 +2,18 @@
 
 use std::path::{Path, PathBuf};
 
-use hedgehop::geo::{Crs, Transform};
-use hedgehop::memory::PageFile;
-use hedgehop::progress::Observer;
-use hedgehop::voxel::{Header, PageId, PageSource};
-use hedgehop::{Error, Result};
-use hedgehop_modeling::{ExtractPart, extract};
-
 use crate::area;
 use crate::args::{self, check_no_input};
 use crate::exit::{self, Outcome};
 use crate::interrupt::Interrupt;
 use crate::making::Making;
 use crate::progress::Reporter;
+use hedgehop::geo::{Crs, Transform};
+use hedgehop::memory::PageFile;
+use hedgehop::progress::Observer;
+use hedgehop::voxel::{Header, PageId, PageSource};
+use hedgehop::{Error, Result};
+use hedgehop_modeling::{ExtractPart, extract};
 
 const EXAMPLE: &str = "\
 Examples:

@@ -4,14 +4,13 @@ use std::ffi::OsString;
 use std::fmt::Write;
 use std::path::PathBuf;
 
+use crate::args;
+use crate::exit::{self, Outcome};
+use crate::places::Places;
 use hedgehop::Error;
 use hedgehop::memory::PageFile;
 use hedgehop::voxel::PageSource;
 use hedgehop_query::{Ground, Sample};
-
-use crate::args;
-use crate::exit::{self, Outcome};
-use crate::places::Places;
 
 const EXAMPLE: &str = "\
 Examples:

@@ -3,6 +3,11 @@
 use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
 
+use crate::exit::{self, Outcome};
+use crate::interrupt::Interrupt;
+use crate::maps::{self, PartArgs};
+use crate::progress::{Mode, Reporter};
+use crate::{area, args};
 use hedgehop::colour::{linear_of_codes, srgb8_from_linear};
 use hedgehop::encode::atomic::write_with;
 use hedgehop::encode::geotiff::{NO_DATA, TILE, write_geotiff};
@@ -12,13 +17,6 @@ use hedgehop::sunlight::SunSetting;
 use hedgehop::voxel::PageSource;
 use hedgehop::{Error, Result};
 use hedgehop_query::{GroundMap, Hillshade, Sheet};
-
-use crate::area;
-use crate::args;
-use crate::exit::{self, Outcome};
-use crate::interrupt::Interrupt;
-use crate::maps::{self, PartArgs};
-use crate::progress::{Mode, Reporter};
 
 const EXAMPLE: &str = "\
 Examples:

@@ -2,16 +2,14 @@
 
 use std::path::PathBuf;
 
+use serde_json::json;
+
+use crate::exit::{self, Outcome};
+use crate::{area, args, classes};
 use hedgehop::memory::PageFile;
 use hedgehop::voxel::{Header, PageSource};
 use hedgehop::{Error, Result};
 use hedgehop_query::{MapExtent, Tally, tally};
-use serde_json::json;
-
-use crate::area;
-use crate::args;
-use crate::classes;
-use crate::exit::{self, Outcome};
 
 const EXAMPLE: &str = "\
 Examples:

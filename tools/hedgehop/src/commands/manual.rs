@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 
 use clap::Command;
 use clap_complete::Shell;
-use hedgehop::encode::atomic::write_bytes;
-use hedgehop::{Error, Result};
 
 use crate::exit::{self, Outcome};
+use hedgehop::encode::atomic::write_bytes;
+use hedgehop::{Error, Result};
 
 const COMPLETIONS: &str = "\
 Examples:

@@ -2,17 +2,16 @@
 
 use std::path::{Path, PathBuf};
 
-use hedgehop::memory::PageFile;
-use hedgehop::voxel::PageSource;
-use hedgehop::{Error, Result};
-use hedgehop_modeling::Merger;
-
 use crate::area;
 use crate::args::{self, check_no_input};
 use crate::exit::{self, Outcome};
 use crate::interrupt::Interrupt;
 use crate::making::Making;
 use crate::progress::Reporter;
+use hedgehop::memory::PageFile;
+use hedgehop::voxel::PageSource;
+use hedgehop::{Error, Result};
+use hedgehop_modeling::Merger;
 
 const EXAMPLE: &str = "\
 Examples:

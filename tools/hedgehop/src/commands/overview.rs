@@ -3,6 +3,18 @@
 use std::path::{Path, PathBuf};
 
 use glam::DVec2;
+use image::{Rgb, RgbImage};
+
+use crate::args::{self, AltitudeMode, Size, Workers, check_no_input};
+use crate::chart::{Chart, Footprint};
+use crate::exit::{self, Outcome};
+use crate::interrupt::Interrupt;
+use crate::progress::{Mode, Reporter};
+use crate::screen::ScreenArgs;
+use crate::tracks::TrackArgs;
+use crate::view::FlightArgs;
+use crate::world::WorldArgs;
+use crate::{area, pictures};
 use hedgehop::colour::srgb8_picture;
 use hedgehop::encode::atomic::{check_writable, write_bytes};
 use hedgehop::flight::Trajectory;
@@ -15,19 +27,6 @@ use hedgehop::subimage::Farm;
 use hedgehop::sunlight::Sun;
 use hedgehop::voxel::{Header, PageSource};
 use hedgehop::{Error, Result};
-use image::{Rgb, RgbImage};
-
-use crate::area;
-use crate::args::{self, AltitudeMode, Size, Workers, check_no_input};
-use crate::chart::{Chart, Footprint};
-use crate::exit::{self, Outcome};
-use crate::interrupt::Interrupt;
-use crate::pictures;
-use crate::progress::{Mode, Reporter};
-use crate::screen::ScreenArgs;
-use crate::tracks::TrackArgs;
-use crate::view::FlightArgs;
-use crate::world::WorldArgs;
 
 const EXAMPLE: &str = "\
 Examples:

@@ -4,13 +4,6 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use hedgehop::encode::{FrameRate, FrameSet};
-use hedgehop::memory::{LOOKAHEAD, PageFile, PagePlan};
-use hedgehop::render::{Engine, FlightPlan, RenderOptions, Renderer};
-use hedgehop::space::Camera;
-use hedgehop::subimage::Farm;
-use hedgehop::voxel::{Grid, PageId, PageSource};
-use hedgehop::{Error, Result};
 use serde::Serialize;
 
 use crate::area;
@@ -23,6 +16,13 @@ use crate::scene::{self, SceneArgs};
 use crate::sequence::Product;
 use crate::traffic::{self, Traffic};
 use crate::view::{FlightArgs, LookArgs};
+use hedgehop::encode::{FrameRate, FrameSet};
+use hedgehop::memory::{LOOKAHEAD, PageFile, PagePlan};
+use hedgehop::render::{Engine, FlightPlan, RenderOptions, Renderer};
+use hedgehop::space::Camera;
+use hedgehop::subimage::Farm;
+use hedgehop::voxel::{Grid, PageId, PageSource};
+use hedgehop::{Error, Result};
 
 const EXAMPLE: &str = "\
 Examples:

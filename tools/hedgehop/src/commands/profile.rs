@@ -4,12 +4,6 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use glam::DVec2;
-use hedgehop::encode::atomic::write_bytes;
-use hedgehop::flight::{BindOptions, Trajectory, read_track};
-use hedgehop::memory::PageFile;
-use hedgehop::voxel::{Header, PageSource};
-use hedgehop::{Error, Result};
-use hedgehop_query::{Ground, Sample, profile};
 
 use crate::area;
 use crate::args::{self, AltitudeMode};
@@ -21,6 +15,12 @@ use crate::progress::{Mode, Reporter};
 use crate::tracks::TrackArgs;
 use crate::view::over_ground;
 use crate::world::WorldArgs;
+use hedgehop::encode::atomic::write_bytes;
+use hedgehop::flight::{BindOptions, Trajectory, read_track};
+use hedgehop::memory::PageFile;
+use hedgehop::voxel::{Header, PageSource};
+use hedgehop::{Error, Result};
+use hedgehop_query::{Ground, Sample, profile};
 
 const EXAMPLE: &str = "\
 Examples:

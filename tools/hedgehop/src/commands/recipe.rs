@@ -4,13 +4,13 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use clap::Subcommand;
+
+use crate::exit::{self, Failure, Outcome};
+use crate::program::program;
 use hedgehop::Error;
 use hedgehop::encode::atomic::write_new_bytes;
 use hedgehop_modeling::is_own_work;
 use hedgehop_modeling::recipe::{Mistake, Recipe, TEMPLATE, in_keys};
-
-use crate::exit::{self, Failure, Outcome};
-use crate::program::program;
 
 const EXAMPLE: &str = "\
 Examples:

@@ -7,18 +7,6 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use hedgehop::encode::atomic::write_with;
-use hedgehop::encode::sidecar;
-use hedgehop::encode::video::{check_video, encode_video};
-use hedgehop::encode::{FramePattern, FrameRate, FrameSet, Target};
-use hedgehop::memory::{PageFile, Paging, ResidentPages};
-use hedgehop::progress::Observer;
-use hedgehop::render::{RenderOptions, Renderer};
-use hedgehop::scene::Scene;
-use hedgehop::space::Camera;
-use hedgehop::subimage::Farm;
-use hedgehop::voxel::{PageId, PageSource};
-use hedgehop::{Error, Result};
 use serde_json::{Value, json};
 
 use crate::aov::{Aov, AovArgs, Further};
@@ -36,6 +24,17 @@ use crate::sequence::{Fineness, Product, Sequence};
 use crate::traffic::{self, Traffic};
 use crate::trust::{self, TrustArgs};
 use crate::view::{FlightArgs, LookArgs};
+use hedgehop::encode::atomic::write_with;
+use hedgehop::encode::video::{check_video, encode_video};
+use hedgehop::encode::{FramePattern, FrameRate, FrameSet, Target, sidecar};
+use hedgehop::memory::{PageFile, Paging, ResidentPages};
+use hedgehop::progress::Observer;
+use hedgehop::render::{RenderOptions, Renderer};
+use hedgehop::scene::Scene;
+use hedgehop::space::Camera;
+use hedgehop::subimage::Farm;
+use hedgehop::voxel::{PageId, PageSource};
+use hedgehop::{Error, Result};
 
 const EXAMPLE: &str = "\
 Examples:

@@ -4,21 +4,19 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use clap::Subcommand;
+
+use crate::exit::{self, Outcome};
+use crate::interrupt::Interrupt;
+use crate::progress::{Mode, Reporter};
+use crate::view::over_ground;
+use crate::world::WorldArgs;
+use crate::{area, finish, scene};
 use hedgehop::memory::PageFile;
 use hedgehop::objects::{Form, Shape};
 use hedgehop::scene::{Anchor, LampLayout, Object, Part, PlumeKind, Scene};
 use hedgehop::sunlight::{Sun, SunSetting};
 use hedgehop::voxel::PageSource;
 use hedgehop::weather::{GroundCover, PrecipitationKind};
-
-use crate::area;
-use crate::exit::{self, Outcome};
-use crate::finish;
-use crate::interrupt::Interrupt;
-use crate::progress::{Mode, Reporter};
-use crate::scene;
-use crate::view::over_ground;
-use crate::world::WorldArgs;
 
 const EXAMPLE: &str = "\
 Examples:

@@ -3,6 +3,10 @@
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
+use crate::args::{self, ELEVATION, IMAGERY, Workers};
+use crate::exit::{self, Outcome};
+use crate::interrupt::Interrupt;
+use crate::progress::{Mode, Reporter};
 use hedgehop::Error;
 use hedgehop::encode::atomic::{check_writable, write_bytes};
 use hedgehop::progress::Observer;
@@ -10,11 +14,6 @@ use hedgehop::sunlight::SunSetting;
 use hedgehop_modeling::features::LayerOptions;
 use hedgehop_modeling::shadow_height::{Answer, Origin, ShadowOptions, ShadowReport, shadow_heights};
 use hedgehop_modeling::{ElevationFile, ImageryFile};
-
-use crate::args::{self, ELEVATION, IMAGERY, Workers};
-use crate::exit::{self, Outcome};
-use crate::interrupt::Interrupt;
-use crate::progress::{Mode, Reporter};
 
 const EXAMPLE: &str = "\
 Examples:

@@ -3,17 +3,17 @@
 use std::fmt::Write;
 use std::path::PathBuf;
 
-use hedgehop::Error;
-use hedgehop::memory::PageFile;
-use hedgehop::render::RenderOptions;
-use hedgehop::voxel::{Header, PageSource};
-use hedgehop_query::{Matter, Sight, sight};
 use serde_json::{Value, json};
 
 use crate::args;
 use crate::exit::{self, Outcome};
 use crate::places::Places;
 use crate::world::WorldArgs;
+use hedgehop::Error;
+use hedgehop::memory::PageFile;
+use hedgehop::render::RenderOptions;
+use hedgehop::voxel::{Header, PageSource};
+use hedgehop_query::{Matter, Sight, sight};
 
 const EXAMPLE: &str = "\
 Examples:

@@ -4,13 +4,13 @@ mod frames;
 
 use std::path::PathBuf;
 
-use hedgehop::memory::PageFile;
-use hedgehop::voxel::{Problem, VerifyReport};
 use serde_json::{Value, json};
 
 use crate::exit::{self, Failure, Outcome};
 use crate::interrupt::Interrupt;
 use crate::progress::{Mode, Reporter};
+use hedgehop::memory::PageFile;
+use hedgehop::voxel::{Problem, VerifyReport};
 
 const EXAMPLE: &str = "\
 Examples:

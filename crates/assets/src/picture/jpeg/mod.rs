@@ -6,6 +6,7 @@
 
 mod bits;
 mod frame;
+mod layout;
 mod scan;
 mod segments;
 #[cfg(test)]
@@ -16,7 +17,7 @@ use std::io::Cursor;
 use image::codecs::jpeg::JpegDecoder;
 use image::{ColorType, ImageDecoder};
 
-use super::{Fault, Format, Header};
+use crate::picture::{Fault, Format, Header};
 
 /// Reads size and bands.
 pub fn header(bytes: &[u8]) -> Result<Header, Fault> {

@@ -9,8 +9,8 @@
 //! ```
 
 use super::bits::{Bits, Codes, Stop};
-use super::frame::Frame;
 use super::segments::{Coded, Tables};
+use crate::picture::jpeg::layout::Frame;
 
 /// Bits of the largest difference of means and of the largest coefficient, of samples of 8 bits (T.81, F.1.2).
 const MOST_DIFFERENCE: u8 = 11;

@@ -1,7 +1,7 @@
 //! Segments of a JPEG, and the tables that they define (T.81, annex B).
 
-use super::super::Fault;
 use super::bits::Codes;
+use crate::picture::Fault;
 
 /// Markers by their names.
 pub mod marker {

@@ -3,7 +3,8 @@
 use image::ExtendedColorType;
 use image::codecs::jpeg::JpegEncoder;
 
-use super::super::{Fault, Transparency, decode, header};
+use super::super::{decode, header};
+use crate::picture::{Fault, Transparency};
 
 const PROGRESSIVE: &[u8] = include_bytes!("../../../tests/data/pictures/progressive.jpg");
 const RESTARTS: &[u8] = include_bytes!("../../../tests/data/pictures/restarts.jpg");

@@ -1,9 +1,8 @@
 //! Upright things: masts, towers, tanks, pylons; wires; walls, fences, hedges.
 
 use super::super::kinds::{Barrier, Cap, Meaning, Paint, PowerLine, Structure, Upright, Wire};
-use super::building;
-use super::quantity;
 use super::tags::Tags;
+use super::{building, quantity};
 use hedgehop::voxel::Material;
 
 const STEEL: Paint = Paint { colour: [142, 148, 152], material: Material::Metal };

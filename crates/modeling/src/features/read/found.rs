@@ -1,10 +1,11 @@
 //! Findings of every reader of features.
 
+use std::fs;
+use std::path::Path;
+
 use super::super::layer::{LeftOut, Row};
 use hedgehop_base::error::{Error, Result};
 use hedgehop_geo::Crs;
-use std::fs::{self};
-use std::path::Path;
 
 /// Largest GeoJSON and Shapefile, bytes: they are read whole. GeoPackages are read page by page.
 const MOST_BYTES: u64 = 2 << 30;

@@ -26,12 +26,12 @@ mod wkb;
 
 pub(in super::super) use outlines::OutlineTable;
 
-use crate::features::read::found::whole;
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
 use super::layer::{Layer, LayerOptions, bounds};
+use crate::features::read::found::whole;
 use crate::naming::contradiction;
 use hedgehop_base::document::unmarked;
 use hedgehop_base::error::{Error, Result};

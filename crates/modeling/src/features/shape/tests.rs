@@ -9,8 +9,7 @@ use super::testing::{
     square,
 };
 use super::{Bound, Solid, Square, Wall, bind, settle};
-use hedgehop::voxel::Material;
-use hedgehop::voxel::{HeightCode, Span};
+use hedgehop::voxel::{HeightCode, Material, Span};
 
 #[test]
 fn roads_are_as_wide_as_they_are_said_to_be() {

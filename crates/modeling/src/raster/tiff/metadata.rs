@@ -1,8 +1,7 @@
 //! Metadata of a GeoTIFF besides the layout of its samples: place, CRS, nodata, scale, units.
 
 use super::super::band::{Statement, Subject};
-use super::super::georeference;
-use super::super::nodata;
+use super::super::{georeference, nodata};
 use super::ifd::Directory;
 use crate::raster::tiff::tags::tag;
 use crate::raster::{GeoTransform, RasterInfo};

@@ -4,8 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use crate::features::{LayerOptions, read as read_features};
-use crate::raster::open;
-use crate::raster::{OpenOptions, Window};
+use crate::raster::{OpenOptions, Window, open};
 use crate::recipe::Recipe;
 use hedgehop::flight::{ReadOptions, read_track};
 use hedgehop_base::error::Result;

@@ -1,8 +1,7 @@
 //! What lies outside the area, and outputs that cannot be: told with their lines.
 
 use super::*;
-use crate::build;
-use crate::options::BuildOptions;
+use crate::{BuildOptions, build};
 use hedgehop_base::progress::Silent;
 
 /// What a check tells of a sound recipe, besides what it assumed.

@@ -3,9 +3,9 @@
 use std::fs;
 
 use glam::dvec3;
-use hedgehop_modeling::{BuildOptions, faults, outline};
 
 use super::scene::{Chance, Mark, options, write};
+use hedgehop_modeling::{BuildOptions, faults, outline};
 
 /// What is wrong with a file, if something is.
 fn fault(path: &std::path::Path) -> Option<String> {

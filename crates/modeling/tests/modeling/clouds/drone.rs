@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use glam::{DVec2, dvec2};
+
+use super::scene::{CORNER, Mark, database, ground, options, top, write};
 use hedgehop::memory::PageFile;
 use hedgehop::voxel::PageSource;
 use hedgehop_modeling::BuildOptions;
-
-use super::scene::{CORNER, Mark, database, ground, options, top, write};
 use hedgehop_testing::realdata;
 
 /// Heights of a real surface in columns and rows from its south-west corner, metres; NaN where there is none.

@@ -5,13 +5,14 @@ use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
 use glam::{DVec2, DVec3, dvec2, dvec3};
+use las::point::{Classification, Format};
+use las::{Builder, Color, Point, Transform, Vector, Vlr, Writer};
+
 use hedgehop::memory::PageFile;
 use hedgehop::progress::Silent;
 use hedgehop::raymarch::{Contact, LevelBands, Marcher, SolidHit, Surface};
 use hedgehop::voxel::PageSource;
 use hedgehop_modeling::{BuildOptions, build};
-use las::point::{Classification, Format};
-use las::{Builder, Color, Point, Transform, Vector, Vlr, Writer};
 
 /// South-west corner of all scenes, metres of UTM zone 33.
 pub const CORNER: DVec2 = dvec2(500_000.0, 5_000_000.0);

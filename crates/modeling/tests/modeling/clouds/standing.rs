@@ -1,10 +1,10 @@
 //! A classified cloud: ground, a house, a tree, a wire.
 
 use glam::{DVec2, dvec2};
-use hedgehop::memory::PageFile;
-use hedgehop::voxel::PageSource;
 
 use super::scene::{Village, database, ground, met, options, top, write};
+use hedgehop::memory::PageFile;
+use hedgehop::voxel::PageSource;
 
 fn village(name: &str, format: u8) -> (tempfile::TempDir, PageFile) {
     let folder = tempfile::tempdir().unwrap();

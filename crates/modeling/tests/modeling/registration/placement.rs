@@ -3,6 +3,8 @@
 use std::path::Path;
 
 use glam::DVec2;
+use tempfile::TempDir;
+
 use hedgehop::geo::{Crs, Transform};
 use hedgehop::memory::PageFile;
 use hedgehop::progress::Silent;
@@ -10,7 +12,6 @@ use hedgehop::raymarch::ground_height;
 use hedgehop::voxel::{Attributes, PAGE_SIDE, PageId, PageSource};
 use hedgehop_modeling::raster::{OpenOptions, Window, open};
 use hedgehop_modeling::{BuildOptions, build};
-use tempfile::TempDir;
 
 /// What a raster is, from its tags.
 pub struct Lattice {

@@ -2,10 +2,9 @@
 
 use std::fs;
 
+use super::{PAGES, bytes, interrupted, left, options, site, times_in, updated};
 use hedgehop::progress::Silent;
 use hedgehop_modeling::{BuildOptions, build, forget_steps, is_kept_for, is_own_work, take_over};
-
-use super::{PAGES, bytes, interrupted, left, options, site, times_in, updated};
 
 #[test]
 fn a_database_keeps_its_steps_under_another_name() {

@@ -7,6 +7,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use tempfile::TempDir;
+
 use hedgehop::memory::PageFile;
 use hedgehop::progress::{Observer, Silent};
 use hedgehop::voxel::PageSource;
@@ -15,7 +17,6 @@ use hedgehop_modeling::{
     BuildOptions, BuildReport, Corridor, ElevationFile, FeatureFile, ImageryFile, NodataFill, Place, Route,
     build, forget_steps, is_own_work,
 };
-use tempfile::TempDir;
 
 /// West and south edge, metres, and voxels along a side: 5 × 5 pages of level 1, 4 of level 4, one of level 16 and of level 64.
 const CORNER: (f64, f64) = (500_000.0, 5_000_000.0);

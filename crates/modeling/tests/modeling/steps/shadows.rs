@@ -4,6 +4,7 @@ use std::fs;
 use std::path::PathBuf;
 use std::sync::atomic::AtomicU64;
 
+use super::{CORNER, Impatient, PAGES, TOWN, bytes, houses, options, site, updated};
 use hedgehop::Error;
 use hedgehop::memory::PageFile;
 use hedgehop::progress::Silent;
@@ -11,8 +12,6 @@ use hedgehop::sunlight::Sun;
 use hedgehop_modeling::{
     Baked, Baking, BuildOptions, Corridor, Place, Route, bake_shadows, build, is_own_work,
 };
-
-use super::{CORNER, Impatient, PAGES, TOWN, bytes, houses, options, site, updated};
 
 /// Bakes shadows again into what was built, and holds the result against all of them baked beside it.
 fn shaded(options: &BuildOptions, sun: Sun) -> Baked {

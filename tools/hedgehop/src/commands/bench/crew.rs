@@ -3,14 +3,13 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use super::BenchArgs;
+use super::frames::FrameTimes;
+use crate::args;
 use hedgehop::Result;
 use hedgehop::memory::Paging;
 use hedgehop::render::StageTimes;
 use hedgehop::subimage::{Farm, Trace, chrome_trace};
-
-use super::BenchArgs;
-use super::frames::FrameTimes;
-use crate::args;
 
 /// One timed pass over all frames.
 pub(super) struct Pass {

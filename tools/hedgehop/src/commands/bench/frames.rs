@@ -6,11 +6,10 @@
 
 use std::time::{Duration, Instant};
 
+use crate::figures::FrameFigures;
 use hedgehop::Result;
 use hedgehop::frame::Picture;
 use hedgehop::render::{Account, StageTimes};
-
-use crate::figures::FrameFigures;
 
 /// One frame of one pass.
 #[derive(Debug, Clone, Copy)]

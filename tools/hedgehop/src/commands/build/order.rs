@@ -10,6 +10,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use tempfile::TempDir;
+
+use crate::area;
 use hedgehop::memory::PageFile;
 use hedgehop::progress::Observer;
 use hedgehop::sunlight::SunSetting;
@@ -20,9 +23,6 @@ use hedgehop_modeling::{
     Baked, Baking, BuildOptions, BuildReport, bake_shadows, build, check_name, check_output, check_shadows,
     forget_steps, is_kept_for, outline, take_over,
 };
-use tempfile::TempDir;
-
-use crate::area;
 
 /// Order of a build.
 pub struct Order {

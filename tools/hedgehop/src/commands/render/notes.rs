@@ -3,6 +3,9 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use crate::memory::Late;
+use crate::progress::Reporter;
+use crate::sequence::Fineness;
 use hedgehop::Result;
 use hedgehop::memory::ResidentPages;
 use hedgehop::progress::Observer;
@@ -10,10 +13,6 @@ use hedgehop::render::{Engine, RenderOptions, Renderer, Unserved};
 use hedgehop::space::Camera;
 use hedgehop::sunlight::Sun;
 use hedgehop::voxel::Header;
-
-use crate::memory::Late;
-use crate::progress::Reporter;
-use crate::sequence::Fineness;
 
 /// Degrees between two suns whose shadows nobody can tell apart.
 const ONE_SUN: f32 = 0.5;

@@ -11,15 +11,14 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
+use super::RenderArgs;
+use crate::output::Files;
+use crate::view::ranges;
 use hedgehop::encode::check::Existing;
 use hedgehop::encode::sidecar::{FrameRecord, Manifest};
 use hedgehop::progress::Observer;
 use hedgehop::space::Camera;
 use hedgehop::{Error, Result};
-
-use super::RenderArgs;
-use crate::output::Files;
-use crate::view::ranges;
 
 /// Frames that are there already, as a manifest lists them.
 struct Earlier {

@@ -2,14 +2,9 @@
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
-use std::sync::PoisonError;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
 
-use hedgehop::encode::check::digest_of_whole;
-use hedgehop::encode::sidecar::{FrameRecord, Manifest};
-use hedgehop::progress::Observer;
-use hedgehop::{Error, Result};
 use serde_json::{Value, json};
 
 use crate::args::available_cores;
@@ -17,6 +12,10 @@ use crate::exit::{self, Failure, Outcome};
 use crate::pictures;
 use crate::progress::Reporter;
 use crate::view::ranges;
+use hedgehop::encode::check::digest_of_whole;
+use hedgehop::encode::sidecar::{FrameRecord, Manifest};
+use hedgehop::progress::Observer;
+use hedgehop::{Error, Result};
 
 /// A frame, or a picture that may be one.
 #[derive(Debug)]
