@@ -10,7 +10,6 @@ use super::geodetic::{Geodetic, in_degrees};
 use super::projection::CONVERT;
 use super::registry::{self, Dimensions, Entry, Geographic};
 use super::shift::{Shift, Shifts};
-use super::transform::is_beyond_shifts;
 use hedgehop_base::error::{Error, Result};
 
 /// A horizontal coordinate reference system. Coordinates are (east or longitude, north or latitude), whatever order
@@ -18,12 +17,12 @@ use hedgehop_base::error::{Error, Result};
 /// to the west and south keep that: [`Crs::is_metric`] is false of them.
 #[derive(Debug, Clone)]
 pub struct Crs {
-    name: String,
+    pub(super) name: String,
     epsg: Option<u32>,
     proj: Option<String>,
     /// Shifts of the datum, if there is more than one; `proj` has that of places without one of their own.
     shifts: Shifts,
-    doubt: Option<String>,
+    pub(super) doubt: Option<String>,
 }
 
 impl PartialEq for Crs {
@@ -211,20 +210,6 @@ impl Crs {
     /// PROJ definition; `None` for local metres.
     pub fn proj(&self) -> Option<&str> {
         self.proj.as_deref()
-    }
-
-    /// A sentence about how well places within bounds (west, south, east, north in its own coordinates) are known, where that is worth one.
-    pub fn doubt(&self, [west, south, east, north]: [f64; 4]) -> Option<String> {
-        let middle = (west.midpoint(east), south.midpoint(north));
-        let places = [middle, (west, south), (east, south), (west, north), (east, north)];
-        if !is_beyond_shifts(self, &places) {
-            return self.doubt.clone();
-        }
-        Some(format!(
-            "for this area no shift of {} to WGS 84 is known: its places are taken as those of WGS 84, and may be hundreds of metres off beside other data \
-             (give the shift with +towgs84=dx,dy,dz in a PROJ definition)",
-            self.name
-        ))
     }
 
     /// Coordinates are degrees.

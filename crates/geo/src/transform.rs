@@ -134,8 +134,24 @@ impl Shifting {
     }
 }
 
+impl Crs {
+    /// A sentence about how well places within bounds (west, south, east, north in its own coordinates) are known, where that is worth one.
+    pub fn doubt(&self, [west, south, east, north]: [f64; 4]) -> Option<String> {
+        let middle = (west.midpoint(east), south.midpoint(north));
+        let places = [middle, (west, south), (east, south), (west, north), (east, north)];
+        if !is_beyond_shifts(self, &places) {
+            return self.doubt.clone();
+        }
+        Some(format!(
+            "for this area no shift of {} to WGS 84 is known: its places are taken as those of WGS 84, and may be hundreds of metres off beside other data \
+             (give the shift with +towgs84=dx,dy,dz in a PROJ definition)",
+            self.name
+        ))
+    }
+}
+
 /// Whether the datum of a system has shifts to WGS 84, but none is known at one of some places in the system's own coordinates.
-pub(super) fn is_beyond_shifts(crs: &Crs, places: &[(f64, f64)]) -> bool {
+fn is_beyond_shifts(crs: &Crs, places: &[(f64, f64)]) -> bool {
     let Ok(side) = Side::new(crs) else { return false };
     let Some(shifting) = &side.shifting else { return false };
     let is_unknown = |&(x, y): &(f64, f64)| {

@@ -2,9 +2,8 @@
 
 use super::bare::canvas;
 use super::land_cover::LandCoverFile;
-use super::object;
 use super::options::{BuildOptions, FeatureFile, ImageryFile};
-use super::plan;
+use super::{object, plan};
 use crate::Input;
 use crate::inputs::{CACHE_TO_LOOK, Inputs, Opener, layer};
 use crate::raster::OpenOptions;

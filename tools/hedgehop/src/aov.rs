@@ -7,13 +7,13 @@ use std::path::Path;
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 
+use crate::partner::Partner;
 use crate::scene::Playing;
 use crate::screen::Setup;
 use hedgehop::earth::Curvature;
 use hedgehop::encode::Target;
 use hedgehop::frame::{Frame, MotionStep, motion};
 use hedgehop::objects::Body;
-use hedgehop::space::Camera;
 use hedgehop::subimage::Farm;
 use hedgehop::{Error, Result};
 
@@ -52,13 +52,6 @@ pub struct Further {
     pub material: bool,
     /// Curvature by which far ground appears lower.
     pub curvature: Curvature,
-}
-
-/// The frame next to another, which tells its motion: the one behind, or before the last.
-#[derive(Debug)]
-pub struct Partner {
-    pub number: u64,
-    pub camera: Camera,
 }
 
 impl AovArgs {

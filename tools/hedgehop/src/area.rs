@@ -1,5 +1,7 @@
 //! Area that a database covers, in words and as JSON.
 
+pub(super) use crate::reference::crs;
+pub(super) use crate::reference::metres;
 use std::fmt::Write as _;
 
 use glam::{DVec2, DVec3};
@@ -8,16 +10,9 @@ use serde_json::{Value, json};
 use crate::degrees::lonlat_bounds;
 use crate::sharpness;
 use hedgehop::Result;
-use hedgehop::geo::Crs;
 use hedgehop::scene::Scene;
 use hedgehop::sunlight::{Sky, SunSetting};
 use hedgehop::voxel::{CorridorRecord, Directory, Grid, Header, Metadata};
-
-/// The database's reference system.
-pub fn crs(header: &Header) -> Result<Crs> {
-    let metadata = &header.metadata;
-    Crs::from_record(&metadata.crs_name, metadata.crs_epsg, metadata.crs_proj.as_deref())
-}
 
 /// Finds where sun and stars stand over the middle of the area.
 pub fn sky(sun: SunSetting, header: &Header) -> Result<Sky> {
@@ -61,13 +56,6 @@ fn crs_label(header: &Header) -> String {
 
 fn sides(header: &Header) -> Vec<u32> {
     (0..header.level_count).map(Grid::side_units).collect()
-}
-
-/// A length as short as six significant digits allow, metres.
-pub fn metres(length: f64) -> String {
-    let decimals = (5 - length.abs().max(1e-6).log10().floor() as i32).clamp(0, 9) as usize;
-    let text = format!("{length:.decimals$}");
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 
 /// The table that `build` and `info` print.
@@ -285,7 +273,8 @@ pub fn json(header: &Header, directory: &Directory) -> Result<Value> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Metadata, metres, voids};
+    use super::{Metadata, voids};
+    use crate::reference::metres;
 
     #[test]
     fn voids_are_told_once_and_without_contradiction() {

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use clap::{Args, ValueEnum};
 
 use crate::args::{self, Size};
-use crate::sequence::Product;
+use crate::product::Product;
 use hedgehop::memory::{Paging, ResidentPages};
 use hedgehop::progress::Observer;
 use hedgehop::{Error, Result};

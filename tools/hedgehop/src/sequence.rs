@@ -14,6 +14,7 @@ use crossbeam::channel::{Receiver, Sender, bounded};
 use crate::aov::Further;
 use crate::finish::{Finishing, Motion};
 use crate::memory::Live;
+use crate::product::Product;
 use crate::scene::Playing;
 use hedgehop::encode::FrameRate;
 use hedgehop::frame::{Frame, Picture};
@@ -32,15 +33,6 @@ pub struct Shot {
     pub number: u64,
     /// Image that was seen.
     pub image: Image,
-}
-
-/// Product that is asked of a frame.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Product {
-    /// 8-bit colour: the fastest.
-    Picture,
-    /// Linear colour, range, normals, levels, ids.
-    Frame,
 }
 
 /// A frame as it was asked for.

@@ -8,7 +8,7 @@
 
 use glam::DVec2;
 
-use crate::area::metres;
+use crate::reference::metres;
 use hedgehop::Result;
 use hedgehop::space::{Camera, Pose};
 use hedgehop::voxel::Header;

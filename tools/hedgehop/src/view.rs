@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 use glam::DVec2;
 
-use crate::aov::Partner;
 use crate::args::{self, AltitudeMode};
+use crate::partner::Partner;
 use crate::screen::{ScreenArgs, Setup};
 use crate::tracks::TrackArgs;
 use crate::world::WorldArgs;

@@ -10,37 +10,39 @@
 //! as they do in `render`, so nothing but rendering may happen in a timed pass.
 
 mod crew;
+mod flags;
 mod frames;
 mod ranges;
+
+pub use flags::BenchArgs;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use crate::args::{self, Instructions, Overlap, Size, check_no_input};
+use crate::args::{self, Size, check_no_input};
 use crate::exit::{self, Failure, Outcome};
 use crate::figures::{BenchReport, Figures};
 use crate::interrupt::Interrupt;
-use crate::memory::{self, Frames, Memory, Shares};
+use crate::memory::{self, Frames, Shares};
 use crate::output::WRITER;
 use crate::plot;
-use crate::progress::{Mode, Reporter};
-use crate::scene::{self, Playing, SceneArgs};
-use crate::sequence::Product;
+use crate::product::Product;
+use crate::progress::Reporter;
+use crate::scene::{self, Playing};
 use crate::speedup::Prediction;
-use crate::trust::{self, TrustArgs};
-use crate::view::{FlightArgs, LookArgs};
+use crate::trust;
 use crew::{Crew, Pass, crews, last_passes};
 use frames::Timed;
 use hedgehop::encode::atomic::{check_writable, write_bytes};
-use hedgehop::encode::{FrameInfo, FrameRate, FrameSet, encode_picture};
+use hedgehop::encode::{FrameInfo, FrameSet, encode_picture};
 use hedgehop::frame::Picture;
 use hedgehop::memory::{PageFile, ResidentPages};
 use hedgehop::progress::Observer;
 use hedgehop::render::{Engine, FlightPlan, RenderOptions, Renderer, StageTimes};
 use hedgehop::scene::{Scene, Scenery};
 use hedgehop::space::Camera;
-use hedgehop::subimage::{Batch, DEFAULT_IN_FLIGHT, Farm, FrameWork, TaskSize, Trace};
+use hedgehop::subimage::{Batch, DEFAULT_IN_FLIGHT, Farm, FrameWork, Trace};
 use hedgehop::voxel::PageSource;
 use hedgehop::{Error, Result};
 
@@ -51,76 +53,6 @@ Examples:
 
 /// Frames of the path that are rendered if --frames does not say, spread evenly.
 const DEFAULT_FRAMES: u64 = 12;
-
-/// Measure how fast this machine renders a path.
-#[derive(Debug, clap::Args)]
-#[command(after_help = EXAMPLE, after_long_help = format!("{EXAMPLE}\n\n{}", exit::HELP))]
-pub struct BenchArgs {
-    /// Database to fly through
-    #[arg(value_name = "AREA.hop")]
-    area: PathBuf,
-
-    /// Numbers of worker threads to measure [default: 1, 2, 4, … up to one per core]
-    #[arg(long, value_name = "N,N,…", value_delimiter = ',', value_parser = args::workers)]
-    workers: Vec<usize>,
-
-    /// Frames to render: 1-10,20,30-40:2 [default: up to 12, spread over the path]
-    #[arg(long, value_name = "LIST", value_parser = FrameSet::parse)]
-    frames: Option<FrameSet>,
-
-    /// Frames per second of the path
-    #[arg(long, value_name = "RATE", default_value = "30")]
-    fps: FrameRate,
-
-    /// Timed passes over the frames for each number of workers; the median counts
-    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1000))]
-    repeats: u32,
-
-    /// Write the figures as JSON; - is standard output, instead of the table
-    #[arg(long, value_name = "FILE|-")]
-    json: Option<PathBuf>,
-
-    /// Write a plot as SVG
-    #[arg(long, value_name = "FILE")]
-    svg: Option<PathBuf>,
-
-    /// Write when each worker did which task, for Perfetto or chrome://tracing
-    #[arg(long, value_name = "FILE.json")]
-    trace: Option<PathBuf>,
-
-    /// Scan lines of a march task and screen rows of an image task [default: 8,8; of planes 32,18]
-    #[arg(long, value_name = "LINES,ROWS", value_parser = args::task_size)]
-    task_size: Option<TaskSize>,
-
-    /// Write the ranges of every frame N, metres along the ray, to FOLDER/range_N.f32 (raw float32, infinity = sky)
-    #[arg(long, value_name = "FOLDER")]
-    dump_ranges: Option<PathBuf>,
-
-    #[command(flatten)]
-    overlap: Overlap,
-
-    #[command(flatten)]
-    memory: Memory,
-
-    #[command(flatten)]
-    trust: TrustArgs,
-
-    #[command(flatten)]
-    instructions: Instructions,
-
-    #[command(flatten)]
-    flight: FlightArgs,
-
-    #[command(flatten)]
-    look: LookArgs,
-
-    #[command(flatten)]
-    scene: SceneArgs,
-
-    /// Form of progress on standard error
-    #[arg(long, value_enum, value_name = "MODE", default_value = "auto")]
-    progress: Mode,
-}
 
 /// Flight to be rendered, and how.
 struct Job<'a> {

@@ -125,7 +125,7 @@ pub fn run(args: &DemoArgs, interrupt: &Interrupt) -> Outcome {
         area.display(),
         report.grid.nx,
         report.grid.ny,
-        crate::area::metres(report.grid.spacing),
+        crate::reference::metres(report.grid.spacing),
         report.bytes as f64 / 1e6,
         report.seconds
     ))?;

@@ -1,7 +1,10 @@
 //! `hedgehop render`: a flight path through a database, as frames, a stream or a film.
 
+mod flags;
 mod notes;
 mod replacing;
+
+pub use flags::RenderArgs;
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -9,24 +12,24 @@ use std::time::Instant;
 
 use serde_json::{Value, json};
 
-use crate::aov::{Aov, AovArgs, Further};
+use crate::aov::{Aov, Further};
 use crate::area;
-use crate::args::{Instructions, Overlap, Size, Workers, check_no_input};
+use crate::args::{Size, check_no_input};
 use crate::exit::{self, Outcome, STDOUT};
-use crate::finish::{self, FinishArgs, Finishing, Motion};
+use crate::finish::{self, Finishing, Motion};
 use crate::interrupt::Interrupt;
-use crate::memory::{self, Frames, Late, Memory};
+use crate::memory::{self, Frames, Late};
 use crate::output::{Files, Origin, Stdout, Stream, WRITER, unfinished};
-use crate::progress::{Mode, Reporter};
-use crate::scene::{self, Playing, SceneArgs};
+use crate::product::Product;
+use crate::progress::Reporter;
+use crate::scene::{self, Playing};
 use crate::screen::Setup;
-use crate::sequence::{Fineness, Product, Sequence};
+use crate::sequence::{Fineness, Sequence};
 use crate::traffic::{self, Traffic};
-use crate::trust::{self, TrustArgs};
-use crate::view::{FlightArgs, LookArgs};
+use crate::trust;
 use hedgehop::encode::atomic::write_with;
 use hedgehop::encode::video::{check_video, encode_video};
-use hedgehop::encode::{FramePattern, FrameRate, FrameSet, Target, sidecar};
+use hedgehop::encode::{FrameSet, Target, sidecar};
 use hedgehop::memory::{PageFile, Paging, ResidentPages};
 use hedgehop::progress::Observer;
 use hedgehop::render::{RenderOptions, Renderer};
@@ -47,90 +50,6 @@ Examples:
 
 /// Workers per encoder thread: a picture takes several times as long to render as to encode.
 const WORKERS_PER_ENCODER: usize = 4;
-
-/// Render a flight path, or a single picture.
-///
-/// Frames are the same, bit by bit, for any number of workers and any subset. Give --path for a flight or --eye for
-/// a single picture. Frames are numbered from the start of the path, whichever of them are rendered.
-#[derive(Debug, clap::Args)]
-#[command(after_help = EXAMPLE, after_long_help = format!("{EXAMPLE}\n\n{}", exit::HELP))]
-pub struct RenderArgs {
-    /// Database to fly through
-    #[arg(value_name = "AREA.hop")]
-    pub area: PathBuf,
-
-    /// Output of frames: frames/####.png, frames/%04d.exr, film.y4m, or - for y4m on standard output
-    #[arg(short, long, value_name = "PATTERN", value_parser = FramePattern::parse)]
-    pub output: FramePattern,
-
-    /// Frames per second: 30, 29.97, 24000/1001
-    #[arg(long, value_name = "RATE", default_value = "30")]
-    pub fps: FrameRate,
-
-    /// Frames to render: 1-10,20,30-40:2 [default: all]
-    #[arg(long, value_name = "LIST", value_parser = FrameSet::parse)]
-    pub frames: Option<FrameSet>,
-
-    /// Keep frames that are whole and were made from the same database, pose and settings
-    #[arg(long)]
-    pub skip_existing: bool,
-
-    /// Let frames take the place of those of another render; a folder that holds such frames is refused otherwise
-    #[arg(long)]
-    pub overwrite: bool,
-
-    /// Make a film of the frames through an installed ffmpeg
-    #[arg(long, value_name = "FILM.mp4")]
-    pub video: Option<PathBuf>,
-
-    #[command(flatten)]
-    pub workers: Workers,
-
-    #[command(flatten)]
-    pub overlap: Overlap,
-
-    #[command(flatten)]
-    pub memory: Memory,
-
-    /// Treatment of pages that are not in memory when a frame begins: wait has the frame wait until they are; coarser has it begin at once, as in a simulator
-    /// that does not know its path beforehand, with the next coarser level in their place: what pictures show then depends on how fast
-    /// disk and machine are
-    #[arg(long, value_enum, value_name = "HOW", default_value = "wait")]
-    pub late: Late,
-
-    /// Tell every second how fast frames come and what paging costs, and at the end what it cost in all
-    #[arg(long)]
-    pub stats: bool,
-
-    /// Draw a map of the database's pages by the first frame that needed them
-    #[arg(long, value_name = "MAP.svg")]
-    pub traffic: Option<PathBuf>,
-
-    #[command(flatten)]
-    pub aov: AovArgs,
-
-    #[command(flatten)]
-    pub trust: TrustArgs,
-
-    #[command(flatten)]
-    pub instructions: Instructions,
-
-    #[command(flatten)]
-    pub flight: FlightArgs,
-
-    #[command(flatten)]
-    pub look: LookArgs,
-
-    #[command(flatten)]
-    pub scene: SceneArgs,
-
-    #[command(flatten)]
-    pub finish: FinishArgs,
-
-    /// Form of progress on standard error
-    #[arg(long, value_enum, value_name = "MODE", default_value = "auto")]
-    pub progress: Mode,
-}
 
 /// Result of a flight.
 #[derive(Debug)]

@@ -3,9 +3,9 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::BenchArgs;
 use super::frames::FrameTimes;
 use crate::args;
+use crate::commands::bench::flags::BenchArgs;
 use hedgehop::Result;
 use hedgehop::memory::Paging;
 use hedgehop::render::StageTimes;

@@ -11,7 +11,7 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use super::RenderArgs;
+use crate::commands::render::flags::RenderArgs;
 use crate::output::Files;
 use crate::view::ranges;
 use hedgehop::encode::check::Existing;

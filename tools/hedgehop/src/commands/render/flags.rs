@@ -1,0 +1,99 @@
+//! Arguments of `render`.
+
+use std::path::PathBuf;
+
+use crate::aov::AovArgs;
+use crate::args::{Instructions, Overlap, Workers};
+use crate::commands::render::EXAMPLE;
+use crate::exit;
+use crate::finish::FinishArgs;
+use crate::memory::{Late, Memory};
+use crate::progress::Mode;
+use crate::scene::SceneArgs;
+use crate::trust::TrustArgs;
+use crate::view::{FlightArgs, LookArgs};
+use hedgehop::encode::{FramePattern, FrameRate, FrameSet};
+
+/// Render a flight path, or a single picture.
+///
+/// Frames are the same, bit by bit, for any number of workers and any subset. Give --path for a flight or --eye for
+/// a single picture. Frames are numbered from the start of the path, whichever of them are rendered.
+#[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLE, after_long_help = format!("{EXAMPLE}\n\n{}", exit::HELP))]
+pub struct RenderArgs {
+    /// Database to fly through
+    #[arg(value_name = "AREA.hop")]
+    pub area: PathBuf,
+
+    /// Output of frames: frames/####.png, frames/%04d.exr, film.y4m, or - for y4m on standard output
+    #[arg(short, long, value_name = "PATTERN", value_parser = FramePattern::parse)]
+    pub output: FramePattern,
+
+    /// Frames per second: 30, 29.97, 24000/1001
+    #[arg(long, value_name = "RATE", default_value = "30")]
+    pub fps: FrameRate,
+
+    /// Frames to render: 1-10,20,30-40:2 [default: all]
+    #[arg(long, value_name = "LIST", value_parser = FrameSet::parse)]
+    pub frames: Option<FrameSet>,
+
+    /// Keep frames that are whole and were made from the same database, pose and settings
+    #[arg(long)]
+    pub skip_existing: bool,
+
+    /// Let frames take the place of those of another render; a folder that holds such frames is refused otherwise
+    #[arg(long)]
+    pub overwrite: bool,
+
+    /// Make a film of the frames through an installed ffmpeg
+    #[arg(long, value_name = "FILM.mp4")]
+    pub video: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub workers: Workers,
+
+    #[command(flatten)]
+    pub overlap: Overlap,
+
+    #[command(flatten)]
+    pub memory: Memory,
+
+    /// Treatment of pages that are not in memory when a frame begins: wait has the frame wait until they are; coarser has it begin at once, as in a simulator
+    /// that does not know its path beforehand, with the next coarser level in their place: what pictures show then depends on how fast
+    /// disk and machine are
+    #[arg(long, value_enum, value_name = "HOW", default_value = "wait")]
+    pub late: Late,
+
+    /// Tell every second how fast frames come and what paging costs, and at the end what it cost in all
+    #[arg(long)]
+    pub stats: bool,
+
+    /// Draw a map of the database's pages by the first frame that needed them
+    #[arg(long, value_name = "MAP.svg")]
+    pub traffic: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub aov: AovArgs,
+
+    #[command(flatten)]
+    pub trust: TrustArgs,
+
+    #[command(flatten)]
+    pub instructions: Instructions,
+
+    #[command(flatten)]
+    pub flight: FlightArgs,
+
+    #[command(flatten)]
+    pub look: LookArgs,
+
+    #[command(flatten)]
+    pub scene: SceneArgs,
+
+    #[command(flatten)]
+    pub finish: FinishArgs,
+
+    /// Form of progress on standard error
+    #[arg(long, value_enum, value_name = "MODE", default_value = "auto")]
+    pub progress: Mode,
+}
