@@ -10,6 +10,7 @@ use crate::pixels::Pixels;
 const RGB: usize = 3;
 
 /// Image of a view while overlays are drawn over its ground.
+#[expect(clippy::large_enum_variant, reason = "a frame has one")]
 pub(super) enum Canvas {
     /// All channels; light is linear.
     Frame(Frame),

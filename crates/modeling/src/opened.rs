@@ -24,19 +24,19 @@ pub(super) struct Opened<T> {
 /// A part of a build.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Input {
-    /// A file of points, by its place in [`BuildOptions::clouds`].
+    /// A file of points, by its place in [`crate::BuildOptions::clouds`].
     Cloud(usize),
-    /// Elevation, by its place in [`BuildOptions::elevation`].
+    /// Elevation, by its place in [`crate::BuildOptions::elevation`].
     Elevation(usize),
-    /// Imagery, by its place in [`BuildOptions::imagery`].
+    /// Imagery, by its place in [`crate::BuildOptions::imagery`].
     Imagery(usize),
-    /// Land cover, by its place in [`BuildOptions::land_cover`].
+    /// Land cover, by its place in [`crate::BuildOptions::land_cover`].
     LandCover(usize),
-    /// Features, by their place in [`BuildOptions::features`].
+    /// Features, by their place in [`crate::BuildOptions::features`].
     Features(usize),
-    /// Object, by its place in [`BuildOptions::objects`].
+    /// Object, by its place in [`crate::BuildOptions::objects`].
     Object(usize),
-    /// Scatter, by its place in [`BuildOptions::scatters`].
+    /// Scatter, by its place in [`crate::BuildOptions::scatters`].
     Scatter(usize),
     /// A shape of the ground, by its place in [`super::synthetic::Synthetic::terrain`].
     Terrain(usize),

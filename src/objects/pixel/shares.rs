@@ -16,7 +16,7 @@ pub struct BodyShare {
 
 impl Square<'_> {
     /// Tells `put` row and column of every pixel of the screen in which bodies are seen, and what each of them covers of it before what
-    /// `ground` says of a pixel: the most first, of equals that of the lower number. The shares add up to [`Seen::share`].
+    /// `ground` says of a pixel: the most first, of equals that of the lower number. The shares add up to the light's [`share`](super::super::BodyLight::share).
     pub fn shares(
         &self,
         isa: Isa,

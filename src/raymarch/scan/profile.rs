@@ -37,7 +37,7 @@ pub struct SampleLine {
 }
 
 /// Sights of one group of planes, nearest first: the surface goes straight from each to the next, unless that one
-/// [begins](Mark::begins).
+/// [begins](SampleLine::begins).
 ///
 /// Every row's range and light follow from it: a plane's ray ends where the first stretch rises above it.
 #[derive(Debug, Clone, Default)]

@@ -53,7 +53,7 @@ impl TurnedPages {
         Self(KeyedCache::new(budget))
     }
 
-    /// A new frame begins: see [`Derived::begin_frame`].
+    /// A new frame begins: see [`KeyedCache::begin_frame`].
     pub fn begin_frame(&self) {
         self.0.begin_frame();
     }

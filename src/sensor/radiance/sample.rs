@@ -205,7 +205,7 @@ impl<V: Simd> Crossings<'_, '_, V> {
         place
     }
 
-    /// Radiance where the planes cross a line, in [`UNITS`].
+    /// Radiance where the planes cross a line, in [`UNITS`](crate::pixels::UNITS).
     #[inline(always)]
     pub fn sample(&self, place: &TexelPlace) -> [V::F; 3] {
         self.sample_at(place, self.simd.splat(place.distance))

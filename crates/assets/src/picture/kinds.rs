@@ -27,7 +27,7 @@ pub enum Transparency {
     Alpha,
 }
 
-/// Size and kind of a picture, and the form in which [`decode`] hands it over.
+/// Size and kind of a picture, and the form in which [`decode`](super::decode) hands it over.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Header {
     /// Format of the file.

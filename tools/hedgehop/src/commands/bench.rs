@@ -16,6 +16,7 @@ mod ranges;
 
 pub use flags::BenchArgs;
 
+use crate::commands::bench::flags::DEFAULT_FRAMES;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -45,14 +46,6 @@ use hedgehop::space::Camera;
 use hedgehop::subimage::{Batch, DEFAULT_IN_FLIGHT, Farm, FrameWork, Trace};
 use hedgehop::voxel::PageSource;
 use hedgehop::{Error, Result};
-
-const EXAMPLE: &str = "\
-Examples:
-  hedgehop bench area.hop --path track.gpx
-  hedgehop bench area.hop --path track.gpx --workers 1,2,4,8 --size 1920x1080 --json bench.json --svg bench.svg";
-
-/// Frames of the path that are rendered if --frames does not say, spread evenly.
-const DEFAULT_FRAMES: u64 = 12;
 
 /// Flight to be rendered, and how.
 struct Job<'a> {

@@ -6,6 +6,7 @@ mod replacing;
 
 pub use flags::RenderArgs;
 
+use crate::commands::render::flags::WORKERS_PER_ENCODER;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -38,18 +39,6 @@ use hedgehop::space::Camera;
 use hedgehop::subimage::Farm;
 use hedgehop::voxel::{PageId, PageSource};
 use hedgehop::{Error, Result};
-
-const EXAMPLE: &str = "\
-Examples:
-  hedgehop render area.hop --path track.gpx -o frames/####.png --video film.mp4
-  hedgehop render area.hop --path track.csv --frames 100-200 --skip-existing -o frames/%04d.exr
-  hedgehop render area.hop --eye 500120,4180300,850 --ypr 90,-10,0 -o view.png
-  hedgehop render area.hop --eye 500120,4180300,3000 --screen orthographic --ground-width 2000 -o map.png
-  hedgehop render area.hop --path track.csv --screen fisheye --channel 0,90,0 -o dome/####.png
-  hedgehop render area.hop --path track.kml -o - | ffplay -";
-
-/// Workers per encoder thread: a picture takes several times as long to render as to encode.
-const WORKERS_PER_ENCODER: usize = 4;
 
 /// Result of a flight.
 #[derive(Debug)]

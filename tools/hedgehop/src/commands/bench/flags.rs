@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 
 use crate::args::{self, Instructions, Overlap};
-use crate::commands::bench::EXAMPLE;
 use crate::exit;
 use crate::memory::Memory;
 use crate::progress::Mode;
@@ -82,3 +81,11 @@ pub struct BenchArgs {
     #[arg(long, value_enum, value_name = "MODE", default_value = "auto")]
     pub(super) progress: Mode,
 }
+
+const EXAMPLE: &str = "\
+Examples:
+  hedgehop bench area.hop --path track.gpx
+  hedgehop bench area.hop --path track.gpx --workers 1,2,4,8 --size 1920x1080 --json bench.json --svg bench.svg";
+
+/// Frames of the path that are rendered if --frames does not say, spread evenly.
+pub(super) const DEFAULT_FRAMES: u64 = 12;

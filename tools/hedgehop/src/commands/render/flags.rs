@@ -4,7 +4,6 @@ use std::path::PathBuf;
 
 use crate::aov::AovArgs;
 use crate::args::{Instructions, Overlap, Workers};
-use crate::commands::render::EXAMPLE;
 use crate::exit;
 use crate::finish::FinishArgs;
 use crate::memory::{Late, Memory};
@@ -97,3 +96,15 @@ pub struct RenderArgs {
     #[arg(long, value_enum, value_name = "MODE", default_value = "auto")]
     pub progress: Mode,
 }
+
+const EXAMPLE: &str = "\
+Examples:
+  hedgehop render area.hop --path track.gpx -o frames/####.png --video film.mp4
+  hedgehop render area.hop --path track.csv --frames 100-200 --skip-existing -o frames/%04d.exr
+  hedgehop render area.hop --eye 500120,4180300,850 --ypr 90,-10,0 -o view.png
+  hedgehop render area.hop --eye 500120,4180300,3000 --screen orthographic --ground-width 2000 -o map.png
+  hedgehop render area.hop --path track.csv --screen fisheye --channel 0,90,0 -o dome/####.png
+  hedgehop render area.hop --path track.kml -o - | ffplay -";
+
+/// Workers per encoder thread: a picture takes several times as long to render as to encode.
+pub(super) const WORKERS_PER_ENCODER: usize = 4;
