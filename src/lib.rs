@@ -35,7 +35,6 @@
 //!
 //! | module | is |
 //! |---|---|
-//! | [`cache`], [`pixels`], [`simd`] | what workers share; light of pixels; sixteen lanes |
 //! | [`voxel`] | the database: grid, levels, pages, reader, writer; its page describes every byte |
 //! | [`flight`] | path files, interpolation, attitude: a pose for any time |
 //! | [`space`], [`earth`] | poses, cameras and screens; how much lower far ground appears |
@@ -43,12 +42,14 @@
 //! | [`raymarch`] | where a ray meets the surface, and what a pixel sees there |
 //! | [`subimage`] | a frame as tasks, and the farm of workers |
 //! | [`scene`], [`objects`] | scene files, and the bodies in them, seen by ray |
-//! | [`sunlight`], [`sensor`] | what ground the sun reaches; from what is seen to radiance |
+//! | [`sunlight`] | where the sun stands, and what ground it reaches |
 //! | [`weather`] | haze, fog, clouds, plumes, precipitation |
 //! | [`mod@frame`] | the image stage: plane images to pixels; finish, symbols |
 //! | [`encode`] | PNG, EXR, y4m, video; what made each frame |
 //! | [`render`] | one frame |
 //! | [`error`], [`progress`], [`colour`], [`geo`] | what other crates stand on, too |
+//!
+//! Items that these pages do not show serve the other crates of the workspace, and may change at any time.
 //!
 //! Databases are made by the crate `hedgehop-modeling`, and asked by `hedgehop-query`. ARCHITECTURE.md in the repository
 //! has the layers of all of them.
@@ -56,6 +57,7 @@
 //! Marchers and renderers take any [`voxel::PageSource`]: a mapped file ([`memory::PageFile`]), a database in memory
 //! ([`voxel::MemPages`]), or one of your own.
 
+#[doc(hidden)]
 pub mod cache;
 pub mod earth;
 pub mod encode;
@@ -63,10 +65,12 @@ pub mod flight;
 pub mod frame;
 pub mod memory;
 pub mod objects;
+#[doc(hidden)]
 pub mod pixels;
 pub mod raymarch;
 pub mod render;
 pub mod scene;
+#[doc(hidden)]
 pub mod sensor;
 pub mod simd;
 pub mod space;

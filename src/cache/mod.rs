@@ -3,5 +3,7 @@
 mod keyed;
 mod pool;
 
+#[doc(hidden)]
 pub use keyed::{Bytes, KeyedCache};
+#[doc(hidden)]
 pub use pool::{Lent, Used};

@@ -11,23 +11,32 @@
 //! exists is whole, [`read_ray_table`] reads screens from EXR, [`sidecar`] writes what made them beside them, [`atomic`] sees to it that no half
 //! file is ever seen under its final name. `docs/output.md` describes all of it to users.
 
+#[doc(hidden)]
 pub mod atomic;
+#[doc(hidden)]
 pub mod check;
 mod cryptomatte;
 mod exr;
+#[doc(hidden)]
 pub mod frames;
+#[doc(hidden)]
 pub mod geotiff;
 mod info;
+#[doc(hidden)]
 pub mod pattern;
 mod png;
+#[doc(hidden)]
 pub mod rate;
 mod ray_table;
 mod refusal;
+#[doc(hidden)]
 pub mod sidecar;
 #[cfg(test)]
 mod testing;
+#[doc(hidden)]
 pub mod video;
 mod write;
+#[doc(hidden)]
 pub mod y4m;
 
 pub use frames::FrameSet;
@@ -35,6 +44,6 @@ pub use info::FrameInfo;
 pub use pattern::{FramePattern, Target};
 pub use rate::FrameRate;
 pub use ray_table::{read_ray_table, write_ray_table};
-pub use write::{
-    Written, encode_frame, encode_picture, read_picture, read_regular, write_frame, write_picture,
-};
+pub use write::{Written, read_picture, write_frame, write_picture};
+#[doc(hidden)]
+pub use write::{encode_frame, encode_picture, read_regular};

@@ -26,6 +26,7 @@ mod xml;
 
 pub(crate) use angles::Samples;
 pub(crate) use csv::{Wanted, read_columns};
+#[doc(hidden)]
 pub use extrapolation::Extrapolation;
 pub use read::read_track;
 pub use track::{Altitude, AltitudeMode, Fix, Horizontal, ReadOptions, Track};

@@ -8,14 +8,19 @@
 //! [`stage`] fills rows of pixels from plane images. How frames become files is in [`crate::encode`].
 
 mod channels;
+#[doc(hidden)]
 pub mod finish;
+#[doc(hidden)]
 pub mod hud;
 mod matte;
 mod motion;
 mod picture;
+#[doc(hidden)]
 pub mod stage;
 
 pub use channels::{Aov, Frame};
+#[doc(hidden)]
 pub use matte::{Matte, MatteCoverage};
+#[doc(hidden)]
 pub use motion::{MotionStep, motion};
 pub use picture::Picture;

@@ -33,9 +33,16 @@ mod sync;
 mod tests;
 
 pub use counters::Paging;
-pub use flight::{Flight, LOOKAHEAD, PagePlanner};
+pub use flight::Flight;
+#[doc(hidden)]
+pub use flight::{LOOKAHEAD, PagePlanner};
 pub use guard::guard_mapped_files;
+#[doc(hidden)]
 pub use live::LiveFlight;
 pub use page_file::PageFile;
-pub use plan::{FrameNeeds, PagePlan};
-pub use resident::{PresentPages, ResidentPages};
+#[doc(hidden)]
+pub use plan::FrameNeeds;
+pub use plan::PagePlan;
+#[doc(hidden)]
+pub use resident::PresentPages;
+pub use resident::ResidentPages;

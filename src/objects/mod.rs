@@ -31,14 +31,27 @@ mod sheet;
 mod view;
 
 pub use body::{Body, Form};
+#[doc(hidden)]
 pub use glint::{Glint, GlowSums, PARTS};
-pub use hedgehop_assets::model::{Material, Texture, Wrap};
+pub use hedgehop_assets::model::Material;
+#[doc(hidden)]
+pub use hedgehop_assets::model::{Texture, Wrap};
+#[doc(hidden)]
 pub use lens::Lens;
-pub use light::{Beam, Below, Cone, Fixture, PointLight};
+pub use light::PointLight;
+#[doc(hidden)]
+pub use light::{Beam, Below, Cone, Fixture};
+#[doc(hidden)]
 pub use mesh::{Mesh, MeshPart};
-pub use model::{Level, Model};
+#[doc(hidden)]
+pub use model::Level;
+pub use model::Model;
+#[doc(hidden)]
 pub use pixel::BodyShare;
+#[doc(hidden)]
 pub use pixel_light::{BodyLight, PixelGround};
+#[doc(hidden)]
 pub use shadow::{Bounds, Caster, Casters, LitPatch};
 pub use shape::Shape;
+#[doc(hidden)]
 pub use view::{BodyView, Hit, SQUARE, Square, Surroundings};

@@ -34,6 +34,7 @@ mod cursor;
 mod filter;
 mod march;
 mod ray;
+#[doc(hidden)]
 pub mod scan;
 mod solid;
 #[cfg(test)]
@@ -46,11 +47,20 @@ mod walk;
 mod world_tests;
 
 pub use bands::LevelBands;
+#[doc(hidden)]
 pub use column::{Column, march_column};
+#[doc(hidden)]
 pub use cursor::PageCursor;
+#[doc(hidden)]
 pub use filter::{SurfaceFilter, SurfaceSample};
-pub use march::{Contact, Marcher};
+#[doc(hidden)]
+pub use march::Contact;
+pub use march::Marcher;
 pub use ray::GridRay;
+#[doc(hidden)]
 pub use solid::{Face, SolidHit, Solids};
-pub use surface::{Surface, endless_ground_height, ground_height};
+#[doc(hidden)]
+pub use surface::endless_ground_height;
+pub use surface::{Surface, ground_height};
+#[doc(hidden)]
 pub use walk::{CellStep, CellWalk, Extent, Lattice};

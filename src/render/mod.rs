@@ -38,7 +38,10 @@ mod tests;
 mod unserved;
 
 pub use account::{Account, Rays, Rendered, StageTimes};
-pub use exposure::{Exposure, MOST_MOMENTS, Moment};
+#[doc(hidden)]
+pub use exposure::MOST_MOMENTS;
+pub use exposure::{Exposure, Moment};
+#[doc(hidden)]
 pub use limits::{far_limit, level_bands};
 pub use options::{Engine, RenderOptions};
 pub use overlays::Overlays;

@@ -32,8 +32,13 @@ mod sun;
 mod tests;
 
 pub use cast::{Cast, Scenery};
-pub use contents::{Beyond, NightSky, Object, Part, Scene, SunLines};
+pub use contents::Scene;
+#[doc(hidden)]
+pub use contents::{Beyond, NightSky, Object, Part, SunLines};
+#[doc(hidden)]
 pub use light::{Flash, Lamp, LampLayout, Light, Rhythm};
 pub use picture::{Dither, Finish, Hud, Tone};
+#[doc(hidden)]
 pub use place::Anchor;
+#[doc(hidden)]
 pub use plume::{Plume, PlumeKind};

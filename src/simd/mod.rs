@@ -16,6 +16,7 @@
 
 mod kernel;
 mod lanes;
+#[doc(hidden)]
 pub mod math;
 mod portable;
 mod turn;
@@ -27,9 +28,13 @@ mod avx512;
 #[cfg(test)]
 mod tests;
 
+#[doc(hidden)]
 pub use kernel::Kernel;
+#[doc(hidden)]
 pub use lanes::{Floats, Ints, LANES, Mask, Simd, Sixteen};
+#[doc(hidden)]
 pub use portable::Portable;
+#[doc(hidden)]
 pub use turn::turned;
 
 use std::str::FromStr;

@@ -22,9 +22,17 @@ mod schedule;
 mod task;
 mod trace;
 
+#[doc(hidden)]
 pub use chrome::chrome_trace;
 pub use farm::Farm;
+#[doc(hidden)]
 pub use overlap::{Batch, DEFAULT_IN_FLIGHT};
-pub use schedule::{FrameWork, makespan};
-pub use task::{Stage, Subimage, TaskSize, split};
-pub use trace::{FrameSpan, TaskSpan, Trace};
+pub use schedule::FrameWork;
+#[doc(hidden)]
+pub use schedule::makespan;
+pub use task::TaskSize;
+#[doc(hidden)]
+pub use task::{Stage, Subimage, split};
+pub use trace::Trace;
+#[doc(hidden)]
+pub use trace::{FrameSpan, TaskSpan};

@@ -24,10 +24,18 @@ mod tests;
 #[doc(hidden)]
 pub mod written;
 
+#[doc(hidden)]
 pub use brightness::{Brightness, illuminance};
+#[doc(hidden)]
 pub use course::SUN_SEMIDIAMETER;
+#[doc(hidden)]
 pub use daylight::Daylight;
+#[doc(hidden)]
 pub use sample::ShadeSampler;
+#[doc(hidden)]
 pub use shade::{SHADE_APRON, Shade, ShadePage, Shades};
+#[doc(hidden)]
 pub use stars::{Firmament, Star, starlight_through, stars};
-pub use sun::{Night, Sky, Sun, SunSetting, seen_through};
+#[doc(hidden)]
+pub use sun::seen_through;
+pub use sun::{Night, Sky, Sun, SunSetting};

@@ -14,6 +14,7 @@ mod folders;
 mod format;
 mod grid;
 mod header;
+#[doc(hidden)]
 pub mod limits;
 mod material;
 mod page;
@@ -39,32 +40,63 @@ mod window;
 mod writer;
 mod zeros;
 
-pub use arrays::{Arrays, SpanArrays, build_in_memory, build_standing, write_arrays};
+pub use arrays::{Arrays, build_in_memory, write_arrays};
+#[doc(hidden)]
+pub use arrays::{SpanArrays, build_standing};
+#[doc(hidden)]
 pub use assembly::{PageReadback, most_page_bytes};
+#[doc(hidden)]
 pub use block_spans::BlockSpans;
+#[doc(hidden)]
 pub use bytes::AlignedBytes;
+#[doc(hidden)]
 pub use cut::Cut;
-pub use directory::{Directory, ENTRY_BYTES};
+pub use directory::Directory;
+#[doc(hidden)]
+pub use directory::ENTRY_BYTES;
+#[doc(hidden)]
 pub use earlier::{EarlierFile, EarlierPage};
-pub use grid::{BARE, Grid, HeightCode, MIN_LEVELS, PAGE_SIDE, PageId, RADIX};
-pub use header::{ContentHash, CorridorRecord, Header, MaterialRecord, Metadata, SourceRecord};
-pub use material::{Group, Material};
+#[doc(hidden)]
+pub use grid::{BARE, HeightCode, MIN_LEVELS, PAGE_SIDE, RADIX};
+pub use grid::{Grid, PageId};
+#[doc(hidden)]
+pub use header::{ContentHash, CorridorRecord, MaterialRecord, SourceRecord};
+pub use header::{Header, Metadata};
+#[doc(hidden)]
+pub use material::Group;
+pub use material::Material;
+#[doc(hidden)]
 pub use page::{Attributes, BoundsView, EncodedPage, HeightsView, PageBuffer, PageView};
+#[doc(hidden)]
 pub use page_entry::PageEntry;
+#[doc(hidden)]
 pub use page_part::{APRON, PageNeeds, PagePart, RELIEF_APRON};
+#[doc(hidden)]
 pub use placement::{Placement, SharedObject, SharedObjects, Symmetry};
+#[doc(hidden)]
 pub use pyramid::{coarse_page, sparse_page};
+#[doc(hidden)]
 pub use relief::{Relief, ReliefLanes, half_steps, half_steps_of};
+#[doc(hidden)]
 pub use shelf::Shelf;
 pub use source::PageSource;
+#[doc(hidden)]
 pub use span::Span;
+#[doc(hidden)]
 pub use span_table::{BLOCK_SIDE, SpanBlock, SpanTable, SpansView};
-pub use store::{FileBytes, MemPages, PageStore, Touched};
+pub use store::MemPages;
+#[doc(hidden)]
+pub use store::{FileBytes, PageStore, Touched};
 pub use trust::{Damaged, Trust, Verify};
+#[doc(hidden)]
 pub use undo::open_to_read;
 
-pub use verify::{Problem, VerifyReport, verify};
+#[doc(hidden)]
+pub use verify::Problem;
+pub use verify::{VerifyReport, verify};
 #[doc(hidden)]
 pub use version_7::in_full;
+#[doc(hidden)]
 pub use window::{FinerPages, StandIn, VoxelBlock, finer_pages};
+#[doc(hidden)]
 pub use writer::{PageWriter, SealedFile};

@@ -11,6 +11,7 @@ mod air;
 mod air_tests;
 mod atmosphere;
 pub(crate) mod chance;
+#[doc(hidden)]
 pub mod clouds;
 mod fog;
 mod glow;
@@ -19,11 +20,15 @@ mod plume;
 mod precipitation;
 mod precipitation_stage;
 
+#[doc(hidden)]
 pub use air::Air;
+#[doc(hidden)]
 pub use atmosphere::{Atmosphere, Veil};
 pub use layers::{Clouds, Fog, Weather};
 pub(crate) use layers::{CloudsTable, FogTable, glow};
+#[doc(hidden)]
 pub use plume::{Puff, SeenPuff};
 pub use precipitation::{GroundCover, Precipitation, PrecipitationKind};
 pub(crate) use precipitation::{GroundTable, PrecipitationTable};
+#[doc(hidden)]
 pub use precipitation_stage::PrecipitationStage;
