@@ -313,7 +313,7 @@ struct Differences {
 }
 
 impl Differences {
-    /// Of frames that `describes` surfaces, or not, as far as what stands is seen: at level 1, as the surface is in `tests/engine.rs`.
+    /// Of frames that `describes` surfaces, or not, as far as what stands is seen: at level 1, as the surface is in `tests/engine/frames.rs`.
     fn of(pages: &MemPages, cameras: &[Camera], describes: bool) -> Self {
         let farm = Farm::new(2).unwrap();
         let options = RenderOptions {
@@ -374,7 +374,7 @@ fn least_error<S: PageSource>(
     least
 }
 
-/// The bounds of the surface (`tests/engine.rs`): median, 99 % and 99.6 % of the relative differences of range, share of pixels where one sees sky, mean difference of
+/// The bounds of the surface (`tests/engine/frames.rs`): median, 99 % and 99.6 % of the relative differences of range, share of pixels where one sees sky, mean difference of
 /// light.
 ///
 /// Planes lie up to half a pixel from a pixel's own ray, and in a wood there is an outline in every second pixel: what counts of them is whether a ray through the

@@ -1,0 +1,26 @@
+//! Tests of the engine through its public interface, in one program.
+
+// The scenes of `analytic` are seen by both engines.
+#![expect(clippy::duplicate_mod)]
+
+#[path = "../fuzzing/mod.rs"]
+mod fuzzing;
+mod hills;
+mod scene;
+
+mod analytic;
+mod attitudes;
+mod damaged_pages;
+mod determinism;
+mod finish;
+mod frames;
+mod fuzz_corpus;
+mod lights;
+mod live;
+mod lost_files;
+mod objects;
+mod page_planner;
+mod page_sources;
+mod planes;
+mod residency;
+mod weather;

@@ -1,0 +1,19 @@
+//! Tests of the program `hedgehop`, run as users run it, in one program.
+
+mod classes;
+mod cli;
+mod clouds;
+mod common;
+mod corridors;
+mod faults;
+mod features;
+mod first_steps;
+mod known_faults;
+mod maps;
+mod paging;
+mod queries;
+mod recipes;
+mod scenes;
+mod screens;
+mod shadow_heights;
+mod sheets;
