@@ -70,11 +70,17 @@ impl<L: FacetLight, V: Simd> VoxelCrossing<'_, '_, L, V> {
 
         // Of two above each other the upper is met first from above the plane between them, the lower from below: outward from the eye, as ends that slope go on to it.
         let eye = [0, 1].map(|axis| self.ends[0][axis] - self.ahead[axis] / self.inverse[0]);
-        let is_below = |span: &Span| {
+        // A search without a closure, which would be a function of its own without the instruction set.
+        let (mut first, mut left) = (0, spans.len());
+        while left > 0 {
+            let span = &spans[first + left / 2];
             let rise = if span.slope == [0, 0] { 0.0 } else { dot(span.slopes(), eye) * spacing };
-            scale * f32::from(span.high) + self.above + rise <= 0.0
-        };
-        let first = spans.partition_point(is_below);
+            if scale * f32::from(span.high) + self.above + rise <= 0.0 {
+                (first, left) = (first + left / 2 + 1, left - left / 2 - 1);
+            } else {
+                left /= 2;
+            }
+        }
         let mut outward = spans[first..].iter().chain(spans[..first].iter().rev());
         let Some(any) = spans.first() else { return };
         let mut met = [([0.0_f32; 2], any); MOST_SORTED];
@@ -130,7 +136,12 @@ impl<L: FacetLight, V: Simd> VoxelCrossing<'_, '_, L, V> {
             1.0 => self.inverse[1],
             _ => 1.0 / between(self.inverse.map(|inverse| 1.0 / inverse), share),
         });
-        let at = cut.map(|share| [0, 1].map(|axis| between(self.ends.map(|end| end[axis]), share)));
+        let [[east, north], [far_east, far_north]] = self.ends;
+        let (easts, norths) = ([east, far_east], [north, far_north]);
+        let at = [
+            [between(easts, cut[0]), between(norths, cut[0])],
+            [between(easts, cut[1]), between(norths, cut[1])],
+        ];
         let slope = span.slopes();
         let rise = at.map(|at| (slope[0] * at[0] + slope[1] * at[1]) * spacing);
         let top = scale * f32::from(span.high) + self.above;
