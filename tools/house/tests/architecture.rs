@@ -3,7 +3,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use hedgehop_house::imports::outward;
+use hedgehop_house::circles;
+use hedgehop_house::imports::{arrows, outward};
 use hedgehop_house::sources::{SourceFile, Target, targets};
 
 /// Rooms of the engine that database modelling may use: it makes what the rest flies over, and renders nothing.
@@ -87,6 +88,15 @@ fn imports_point_downward() {
                     path.join("::")
                 );
             }
+        }
+    }
+}
+
+#[test]
+fn no_file_imports_in_a_circle() {
+    for target in targets(&root()) {
+        for circle in circles::of_files(&target, &arrows(&target)) {
+            panic!("{}: {:?} import each other", target.name, circle.rooms);
         }
     }
 }
