@@ -62,6 +62,14 @@ struct Wall {
 }
 
 impl<L: FacetLight, V: Simd> VoxelCrossing<'_, '_, L, V> {
+    /// Whether a span's upper end lies below the eye, which is at a place from the voxel's centre, sides of it.
+    #[inline(always)]
+    fn is_below(&self, span: &Span, eye: [f32; 2]) -> bool {
+        let Metric { scale, spacing, .. } = *self.metric;
+        let rise = if span.slope == [0, 0] { 0.0 } else { dot(span.slopes(), eye) * spacing };
+        scale * f32::from(span.high) + self.above + rise <= 0.0
+    }
+
     /// Looks at the spans of the voxel.
     #[inline(always)]
     pub fn look_at(&mut self, spans: &[Span], ground: &mut FloatingHorizon<'_>) {
@@ -70,17 +78,15 @@ impl<L: FacetLight, V: Simd> VoxelCrossing<'_, '_, L, V> {
 
         // Of two above each other the upper is met first from above the plane between them, the lower from below: outward from the eye, as ends that slope go on to it.
         let eye = [0, 1].map(|axis| self.ends[0][axis] - self.ahead[axis] / self.inverse[0]);
-        // A search without a closure, which would be a function of its own without the instruction set.
-        let (mut first, mut left) = (0, spans.len());
-        while left > 0 {
-            let span = &spans[first + left / 2];
-            let rise = if span.slope == [0, 0] { 0.0 } else { dot(span.slopes(), eye) * spacing };
-            if scale * f32::from(span.high) + self.above + rise <= 0.0 {
-                (first, left) = (first + left / 2 + 1, left - left / 2 - 1);
-            } else {
-                left /= 2;
-            }
+        // The steps of `slice::partition_point`, whose closure would be a function of its own without the instruction set. Spans that stand beside
+        // each other have no order, so which of them are looked at matters.
+        let (mut first, mut size) = (0, spans.len());
+        while size > 1 {
+            let half = size / 2;
+            first += if self.is_below(&spans[first + half], eye) { half } else { 0 };
+            size -= half;
         }
+        first += usize::from(size > 0 && self.is_below(&spans[first], eye));
         let mut outward = spans[first..].iter().chain(spans[..first].iter().rev());
         let Some(any) = spans.first() else { return };
         let mut met = [([0.0_f32; 2], any); MOST_SORTED];
