@@ -47,7 +47,7 @@ impl Matte {
                 }
             }
 
-            // Those of equal share stay in their order.
+            // Things of equal share stay in their order.
             shares.sort_by(|(_, a), (_, b)| b.total_cmp(a));
             for (rank, planes) in planes.chunks_exact_mut(2).enumerate() {
                 (planes[0][pixel], planes[1][pixel]) = shares.get(rank).copied().unwrap_or_default();

@@ -67,7 +67,7 @@ impl<S: PageSource> Renderer<'_, S> {
         let Overlays { bodies, lights, puffs } = overlays;
         self.options.check(camera)?;
 
-        // What the overlays have on the screen decides which ranges of the ground a picture needs.
+        // Overlays are found first: the ground of a picture has ranges only where they ask for them.
         let view = BodyView::new(camera, bodies, self.options.curvature);
         let shadows = Shadows::of(self, camera, bodies);
         let lights = LightPass::find(self, camera, lights, bodies, farm)?;

@@ -313,7 +313,7 @@ struct Differences {
 }
 
 impl Differences {
-    /// Of frames that `describes` surfaces, or not, as far as what stands is seen: at level 1, as the surface is in `tests/engine/frames.rs`.
+    /// Renders frames by both engines at level 1, where spans are seen, and compares them; `describes` says whether with surfaces.
     fn of(pages: &MemPages, cameras: &[Camera], describes: bool) -> Self {
         let farm = Farm::new(2).unwrap();
         let options = RenderOptions {

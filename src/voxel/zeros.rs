@@ -4,7 +4,6 @@ use super::{APRON, PAGE_SIDE, RELIEF_APRON, Relief};
 
 /// Bytes of the largest plane that such a page has: its slopes.
 const LARGEST: usize = samples(RELIEF_APRON) * size_of::<Relief>();
-
 const _: () = assert!(LARGEST >= samples(APRON) * size_of::<[u8; 3]>());
 
 const fn samples(apron: u32) -> usize {

@@ -25,6 +25,7 @@ pub(super) fn term(name: &str) -> Option<(Option<Term>, UnitKind)> {
         | "latitudeoffalseorigin"
         | "latitudeofprojectioncentre"
         | "centralparallel" => (Some(Term::Latitude), UnitKind::Angle),
+
         "centralmeridian"
         | "longitudeoforigin"
         | "longitudeofcenter"
@@ -32,6 +33,7 @@ pub(super) fn term(name: &str) -> Option<(Option<Term>, UnitKind)> {
         | "longitudeofnaturalorigin"
         | "longitudeoffalseorigin"
         | "longitudeofprojectioncentre" => (Some(Term::Longitude), UnitKind::Angle),
+
         "pseudostandardparallel1" | "latitudeofpseudostandardparallel" => {
             (Some(Term::Parallel1), UnitKind::Angle)
         }
@@ -41,6 +43,7 @@ pub(super) fn term(name: &str) -> Option<(Option<Term>, UnitKind)> {
             (Some(Term::Parallel1), UnitKind::Angle)
         }
         "standardparallel2" | "latitudeof2ndstandardparallel" => (Some(Term::Parallel2), UnitKind::Angle),
+
         "scalefactor"
         | "scalefactoratnaturalorigin"
         | "scalefactoratprojectioncentre"
@@ -52,12 +55,15 @@ pub(super) fn term(name: &str) -> Option<(Option<Term>, UnitKind)> {
         "rectifiedgridangle" | "anglefromrectifiedtoskewgrid" | "xyplanerotation" => {
             (Some(Term::RectifiedAngle), UnitKind::Angle)
         }
+
         "falseeasting" | "eastingatfalseorigin" | "eastingatprojectioncentre" => {
             (Some(Term::FalseEasting), UnitKind::Length)
         }
         "falsenorthing" | "northingatfalseorigin" | "northingatprojectioncentre" => {
             (Some(Term::FalseNorthing), UnitKind::Length)
         }
+
+        // Said by some writers, and of no effect.
         "auxiliaryspheretype" => (None, UnitKind::Angle),
         "xscale" | "yscale" => (None, UnitKind::Ratio),
         _ => return None,

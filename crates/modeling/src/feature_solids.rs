@@ -67,7 +67,7 @@ pub(super) fn place(layers: &[(Layer, LayerOptions)], plan: &Plan) -> Result<(Ve
 }
 
 impl FeatureSolids {
-    /// Finds out what each feature may change on ground that `ground` makes, up to `highest` metres high. Those that `cache knows need not
+    /// Finds out what each feature may change on ground that `ground` makes, up to `highest` metres high. Those that `cache` knows need not
     /// be bound for that; `ground` is the key of all elevation.
     pub fn new<G: NaturalGround>(
         features: Vec<Feature>,

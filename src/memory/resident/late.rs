@@ -31,7 +31,7 @@ pub struct PresentPages<'f> {
     here: Box<[u64]>,
     /// Parts that this frame asked for in vain, in the same way.
     missed: Box<[AtomicU64]>,
-    /// Number that it holds of [`Leaving`].
+    /// Number of the frame in [`DeferredEviction`].
     number: u64,
     /// Wakes the memory thread.
     news: &'f Sender<()>,

@@ -14,7 +14,6 @@ use crate::weather::{Air, Atmosphere, Clouds};
 
 /// Angle between rays of the lattice, radians, and the most pixels between them.
 const LATTICE: f64 = 0.0045;
-
 const MOST_PIXELS: f64 = 8.0;
 
 /// Share of the light on ground that clouds may keep from it under a high sun: the sun's, but for what they scatter downward.

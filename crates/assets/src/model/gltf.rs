@@ -246,7 +246,7 @@ impl Reader<'_> {
 
         self.raw.check(triangles.len(), positions.len())?;
 
-        // What corners have besides their places.
+        // Attributes of corners besides their positions.
         let vectors = |semantic: Semantic| {
             let found = primitive.get(&semantic);
             found.map(|found| accessor::vectors::<3>(&found, &semantic, buffers, MOST_CORNERS)).transpose()

@@ -22,7 +22,7 @@ impl Lattice {
     pub fn of(raster: &Opened<f64>, sides: Option<(f64, f64)>) -> Self {
         let origin = warp::invert(&raster.geo)
             .map_or((0.0, 0.0), |pixel_from_source| warp::apply(&pixel_from_source, 0.0, 0.0));
-        // Of so many parts, so that neighbouring tiles agree.
+        // The aspect is rounded to parts of 1, so that neighbouring tiles agree.
         const PARTS: f64 = 1024.0;
         let pitch = sides.map_or(DVec2::ONE, |(across, down)| {
             let aspect = ((across / down).sqrt() * PARTS).round() / PARTS;

@@ -12,7 +12,7 @@
 //! ```
 //!
 //! A plane sees a span as a quadrilateral, so that in a column of the picture it is an interval of tangents per face. What is nearer hides
-//! what is further away: rows keep what is left of them ([`Column`]), and the ground hides all below its *horizon*, the highest tangent
+//! what is further away: rows keep what is left of them ([`FreeRows`]), and the ground hides all below its *horizon*, the highest tangent
 //! of its [`Profile`] so far, which also is where what stands on the ground begins. Marching columns of voxels by planes, with the
 //! rows that are still open, is how voxel landscapes with overhangs were drawn before (K. Silverman's Voxlap engine, 2000); here
 //! spans have planes for ends and walls, and cover shares of rows.

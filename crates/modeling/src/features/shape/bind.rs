@@ -52,6 +52,7 @@ pub fn bind(meaning: &Meaning, geometry: &Geometry, hash: u64, ground: &dyn Grou
             .filter_map(|area| BoundBuilding::bind(building, area, ground))
             .map(|building| Bound::Building(Box::new(building)))
             .collect(),
+
         Meaning::Way(way) if way.is_bridge => lines()
             .filter_map(|line| BoundBridge::bind(way, line, ground))
             .map(|bridge| Bound::Bridge(Box::new(bridge)))
@@ -67,6 +68,8 @@ pub fn bind(meaning: &Meaning, geometry: &Geometry, hash: u64, ground: &dyn Grou
                 lines().filter(|_| *width > 0.0).filter_map(|line| BoundWay::river(*width, line, ground));
             covers.chain(ways.map(|way| Bound::Way(Box::new(way)))).collect()
         }
+
+        // Covers of the ground.
         Meaning::Lake => footprints()
             .filter_map(|footprint| BoundCover::lake(footprint, ground))
             .map(|lake| Bound::Cover(Box::new(lake)))
@@ -77,6 +80,8 @@ pub fn bind(meaning: &Meaning, geometry: &Geometry, hash: u64, ground: &dyn Grou
         Meaning::Ground(paint) => {
             footprints().map(|footprint| Bound::Cover(Box::new(covering(footprint, *paint, true)))).collect()
         }
+
+        // What stands on it.
         Meaning::Barrier(barrier) => {
             let rings = areas().flat_map(|area| std::iter::once(&area.outer).chain(&area.holes));
             let closed = rings.filter_map(|ring| {

@@ -9,7 +9,6 @@ use crate::raster::{Band, Role};
 use hedgehop_base::error::{Error, Result};
 
 pub(super) const AS_TILES: &str = "gdal_translate -co TILED=YES -co COMPRESS=DEFLATE IN out.tif";
-
 const AS_DEFLATE: &str = "convert it: gdal_translate -co COMPRESS=DEFLATE IN out.tif";
 
 /// Meaning of a directory.
@@ -302,7 +301,6 @@ const PALETTE: u32 = 3;
 
 /// Extra samples that are alpha: multiplied into the colours, or not.
 const ASSOCIATED: u64 = 1;
-
 const UNASSOCIATED: u64 = 2;
 
 fn refuse_photometric(file: &InputFile, code: u32) -> Result<()> {
