@@ -69,6 +69,7 @@ impl OutlineRing {
 fn rim(shape: &Shape, eye: DVec3, radius: f64, points: &mut Vec<DVec3>) {
     let count = (POINTS + POINTS_PER_ROOT * radius.sqrt()).min(MOST_POINTS).ceil();
     let (distance, towards) = (eye.truncate().length(), eye.y.atan2(eye.x));
+
     match *shape {
         Shape::Ellipsoid { radii } => {
             let eye = eye / radii;
@@ -80,6 +81,7 @@ fn rim(shape: &Shape, eye: DVec3, radius: f64, points: &mut Vec<DVec3>) {
                 OutlineRing { points: count, middle: eye / square * radii, axes }.all(points);
             }
         }
+
         Shape::Disc { radius } => OutlineRing::level(radius, 0.0, count).all(points),
         Shape::Box { size } => {
             let corner = |index: usize| {
@@ -88,6 +90,8 @@ fn rim(shape: &Shape, eye: DVec3, radius: f64, points: &mut Vec<DVec3>) {
             };
             points.extend((0..8).map(corner));
         }
+
+        // An end that is seen whole, or else near half of one end and the far half of the other.
         Shape::Cylinder { radius, height } => {
             let [lower, upper] = [0.0, height].map(|height| OutlineRing::level(radius, height, count));
             if distance <= radius {
@@ -100,6 +104,8 @@ fn rim(shape: &Shape, eye: DVec3, radius: f64, points: &mut Vec<DVec3>) {
                 points[turn..].reverse();
             }
         }
+
+        // The base as far as the flank does not hide it, and the tip where the flank is seen from a side.
         Shape::Cone { radius, height } => {
             let base = OutlineRing::level(radius, 0.0, count);
             let cosine = radius * (height - eye.z) / (height * distance);

@@ -77,6 +77,7 @@ pub(super) fn method(name: &str) -> Option<Method> {
         "transversemercatorsouthorientated" | "transversemercatorsouthoriented" => Method::SouthOrientated,
         "krovak" => Method::Krovak,
         "krovaknorthorientated" => Method::KrovakNorth,
+
         "lambertconformalconic"
         | "lambertconformalconic1sp"
         | "lambertconformalconic2sp"
@@ -85,10 +86,12 @@ pub(super) fn method(name: &str) -> Option<Method> {
         | "lambertconicconformal1spvarianta" => Method::LambertConformal,
         "albers" | "albersconicequalarea" | "albersequalarea" => Method::Albers,
         "lambertazimuthalequalarea" => Method::LambertAzimuthal,
+
         "mercator" | "mercator1sp" | "mercator2sp" | "mercatorvarianta" | "mercatorvariantb" => {
             Method::Mercator
         }
         "mercatorauxiliarysphere" | "popularvisualisationpseudomercator" => Method::WebMercator,
+
         "polarstereographic"
         | "polarstereographicvarianta"
         | "polarstereographicvariantb"
@@ -96,9 +99,11 @@ pub(super) fn method(name: &str) -> Option<Method> {
         | "stereographicsouthpole" => Method::PolarStereographic,
         "obliquestereographic" | "doublestereographic" => Method::ObliqueStereographic,
         "stereographic" => Method::Stereographic,
+
         "equirectangular" | "equidistantcylindrical" | "platecarree" | "equidistantcylindricalspherical" => {
             Method::EquidistantCylindrical
         }
+
         "hotineobliquemercator"
         | "hotineobliquemercatorvarianta"
         | "hotineobliquemercatorazimuthnaturalorigin"
@@ -108,6 +113,7 @@ pub(super) fn method(name: &str) -> Option<Method> {
         | "obliquemercator"
         | "rectifiedskeworthomorphiccenter" => Method::ObliqueMercatorB,
         "swissobliquecylindrical" | "swissobliquemercator" => Method::SwissOblique,
+
         "azimuthalequidistant" | "modifiedazimuthalequidistant" => Method::AzimuthalEquidistant,
         "equidistantconic" => Method::EquidistantConic,
         "cylindricalequalarea" | "lambertcylindricalequalarea" => Method::CylindricalEqualArea,

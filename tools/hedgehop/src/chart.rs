@@ -118,9 +118,12 @@ pub fn scale(picture: &mut RgbImage, pixels_per_metre: f64, above: &str, unit: f
     let (width, height) = picture.dimensions();
     let letters = (2.0 * unit).round().max(1.0) as u32;
     let margin = 14.0 * unit;
+
     let metres = round_length(0.22 * f64::from(width) / pixels_per_metre);
     let length = metres * pixels_per_metre;
     let text = length_text(metres);
+
+    // The box holds the bar, the arrow beside it, and the line above.
     let tall = f64::from(lettering::height(letters));
     let arrow = 2.4 * tall;
     let wide = length.max(f64::from(lettering::width(&text, letters))) + arrow + 2.0 * margin;
@@ -128,10 +131,12 @@ pub fn scale(picture: &mut RgbImage, pixels_per_metre: f64, above: &str, unit: f
     let line = if above.is_empty() { 0.0 } else { tall + 0.8 * margin };
     let high = tall + 3.0 * margin + line;
     let low = DVec2::new(margin, f64::from(height) - margin - high);
+
     let mut box_behind = Mask::new(picture);
     let corner = |x: f64, y: f64| low + DVec2::new(x * (wide + margin), y * high);
     box_behind.polygon(&[corner(0.0, 0.0), corner(1.0, 0.0), corner(1.0, 1.0), corner(0.0, 1.0)]);
     box_behind.paint(picture, DARK, 0.62);
+
     let base = low + DVec2::new(margin, high - margin);
     let mut bar = Mask::new(picture);
     let tick = DVec2::new(0.0, -0.5 * margin);
@@ -139,12 +144,14 @@ pub fn scale(picture: &mut RgbImage, pixels_per_metre: f64, above: &str, unit: f
         &[base + tick, base, base + DVec2::new(length, 0.0), base + DVec2::new(length, 0.0) + tick],
         2.0 * unit,
     );
+
     let tip = DVec2::new(base.x + wide - margin - 0.5 * arrow, low.y + line + 0.7 * margin);
     let foot = DVec2::new(tip.x, base.y - tall - 0.4 * margin);
     let barb = 0.45 * (foot.y - tip.y);
     bar.lines(&[foot, tip, tip + DVec2::new(-0.6 * barb, barb)], 2.0 * unit);
     bar.lines(&[tip, tip + DVec2::new(0.6 * barb, barb)], 2.0 * unit);
     bar.paint(picture, WHITE, 1.0);
+
     let [left, top] = [base.x, base.y - 0.8 * margin - tall].map(|place| place.round() as i64);
     lettering::write(picture, &text, [left, top], letters, WHITE);
     let half = 0.5 * f64::from(lettering::width("N", letters));
