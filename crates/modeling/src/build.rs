@@ -31,7 +31,9 @@ use super::feature_solids::{self, FeatureSolids};
 use super::footprint::Bounds;
 use super::inputs::{self, Inputs};
 use super::land_cover::{self, CoverInput};
+use super::naming::file_name;
 use super::object::{Objects, ScatterFile};
+use super::opened::Opened;
 use super::options::{BuildOptions, NodataFill};
 use super::page::Project;
 use super::placed::{ElevationInput, ImageryInput};
@@ -419,13 +421,13 @@ fn place(
 
 /// Places maps of land cover, and tells what they hold that is no class.
 fn cover(
-    rasters: Vec<inputs::Opened<land_cover::SampleClass>>,
+    rasters: Vec<Opened<land_cover::SampleClass>>,
     plan: &Plan,
     options: &BuildOptions,
 ) -> Result<(Vec<CoverInput>, Vec<String>)> {
     let (mut placed, mut notes) = (Vec::new(), Vec::new());
     for (raster, file) in rasters.into_iter().zip(&options.land_cover) {
-        let name = inputs::file_name(&raster.path);
+        let name = file_name(&raster.path);
         let input = CoverInput::place(raster, plan)?;
         notes.extend(land_cover::unknown(&input, &plan.grid, (&name, file.scheme.name()))?);
         placed.push(input);

@@ -6,9 +6,8 @@
 //! refuse coordinates that cannot be what the system says: degrees as metres, metres as degrees, swapped axes
 //! ```
 
-pub(super) use crate::naming::file_name;
-use crate::naming::{contradiction, crs_label};
-pub(super) use crate::opened::Opened;
+use crate::naming::{contradiction, crs_label, file_name};
+use crate::opened::Opened;
 use std::path::{Path, PathBuf};
 
 use super::bare::{self, Canvas, RasterRole, Said, canvas};

@@ -8,7 +8,7 @@
 //! A node's axes are those that its file gives it (glTF 2.0, 3.5.3, without scale and shear), in the order right, forward, up that all bodies have: of glTF
 //! −X, +Z, +Y.
 
-pub(super) use crate::scene::model::Rest;
+use crate::scene::model::Rest;
 use std::sync::Arc;
 
 use glam::{DMat3, DVec3};

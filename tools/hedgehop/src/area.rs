@@ -1,13 +1,12 @@
 //! Area that a database covers, in words and as JSON.
 
-pub(super) use crate::reference::crs;
-pub(super) use crate::reference::metres;
 use std::fmt::Write as _;
 
 use glam::{DVec2, DVec3};
 use serde_json::{Value, json};
 
 use crate::degrees::lonlat_bounds;
+use crate::reference::{crs, metres};
 use crate::sharpness;
 use hedgehop::Result;
 use hedgehop::scene::Scene;

@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use crate::area;
+use crate::reference;
 use hedgehop::Result;
 use hedgehop::geo::{Crs, Transform};
 use hedgehop::voxel::Header;
@@ -15,7 +15,7 @@ const STEPS: u32 = 40;
 /// West, south, east and north of the area, degrees (WGS 84), west above east where it crosses the 180th meridian; `None` for areas without
 /// a place on Earth.
 pub fn lonlat_bounds(header: &Header) -> Result<Option<[f64; 4]>> {
-    let crs = area::crs(header)?;
+    let crs = reference::crs(header)?;
     if crs.is_local() {
         return Ok(None);
     }

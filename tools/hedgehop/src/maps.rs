@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use crate::{area, args};
+use crate::{args, reference};
 use hedgehop::encode::atomic::{check_writable, write_bytes};
 use hedgehop::encode::geotiff::GeoTiff;
 use hedgehop::geo::Crs;
@@ -107,7 +107,7 @@ pub fn write_beside(
 ) -> Result<()> {
     let [world, projection] = beside(picture);
     write_bytes(&world, world_file(extent).as_bytes())?;
-    let crs: Crs = area::crs(header)?;
+    let crs: Crs = reference::crs(header)?;
     match crs.to_esri_wkt() {
         Some(text) => write_bytes(&projection, text.as_bytes()),
         None if crs.is_local() => Ok(()),
@@ -125,7 +125,7 @@ pub fn geotiff(
     header: &Header,
     observer: &dyn Observer,
 ) -> Result<GeoTiff> {
-    let crs = area::crs(header)?;
+    let crs = reference::crs(header)?;
     let keys = crs.to_geo_keys();
     if keys.is_none() && !crs.is_local() {
         observer.note(&no_words(&crs, "a GeoTIFF"));

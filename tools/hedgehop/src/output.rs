@@ -8,8 +8,8 @@ use std::sync::{Mutex, PoisonError};
 
 use serde_json::Value;
 
-use crate::area;
 use crate::args::Size;
+use crate::reference;
 use crate::sequence::{Flown, Image, Shot};
 use hedgehop::colour::srgb8_picture;
 use hedgehop::encode::check::{Existing, existing};
@@ -145,7 +145,7 @@ impl<'a> Files<'a> {
     }
 
     fn records(&self, existing: &[(u64, Camera)]) -> Result<Vec<FrameRecord>> {
-        let crs = area::crs(self.origin.header)?;
+        let crs = reference::crs(self.origin.header)?;
         let degrees = if crs.is_local() { None } else { Some(Transform::new(&crs, &Crs::wgs84())?) };
         let written = self.written.lock().unwrap_or_else(PoisonError::into_inner);
 

@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-use crate::area;
+use crate::{area, reference};
 use hedgehop::geo::{Crs, Transform};
 use hedgehop::voxel::{Header, PageSource};
 use hedgehop::{Error, Result};
@@ -28,7 +28,7 @@ fn short(number: f64) -> String {
 impl<'s, S: PageSource> Places<'s, S> {
     /// Places are longitude and latitude, degrees (WGS 84), unless `xy` or the area has no place on Earth.
     pub fn new(source: &'s S, xy: bool) -> Result<Self> {
-        let crs = area::crs(source.header())?;
+        let crs = reference::crs(source.header())?;
         let wgs84 = Crs::wgs84();
         let degrees = (!crs.is_local())
             .then(|| Ok::<_, Error>([Transform::new(&wgs84, &crs)?, Transform::new(&crs, &wgs84)?]))

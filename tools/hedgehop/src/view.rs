@@ -12,7 +12,7 @@ use crate::partner::Partner;
 use crate::screen::{ScreenArgs, Setup};
 use crate::tracks::TrackArgs;
 use crate::world::WorldArgs;
-use crate::{area, sharpness};
+use crate::{area, reference, sharpness};
 use hedgehop::encode::{FrameRate, FrameSet};
 use hedgehop::flight::{Altitude, BindOptions, Fix, Horizontal, Track, Trajectory, read_track};
 use hedgehop::geo::Crs;
@@ -333,7 +333,7 @@ pub fn over_ground<S: PageSource, T>(
             None
         })
     };
-    let bound = bind(&area::crs(source.header())?, &ground);
+    let bound = bind(&reference::crs(source.header())?, &ground);
     match damaged.into_inner() {
         // A page that cannot be read explains whatever the binding said about missing ground.
         Some(error) => Err(error),
@@ -346,7 +346,8 @@ fn check_inside<S: PageSource>(file: &Path, source: &S, poses: &[(u64, Pose)]) -
     let inside = |pose: &Pose| header.grid.contains(pose.eye.truncate());
     let Some((number, pose)) = poses.iter().find(|(_, pose)| !inside(pose)) else { return Ok(()) };
     let within: Vec<u64> = poses.iter().filter(|(_, pose)| inside(pose)).map(|(number, _)| *number).collect();
-    let degrees = !area::crs(header)?.is_local() && pose.eye.x.abs() <= 180.0 && pose.eye.y.abs() <= 90.0;
+    let degrees =
+        !reference::crs(header)?.is_local() && pose.eye.x.abs() <= 180.0 && pose.eye.y.abs() <= 90.0;
 
     let remedy = if within.is_empty() && degrees {
         "degrees need --eye-lonlat, or columns lon_deg and lat_deg".to_owned()

@@ -9,7 +9,7 @@ use crate::exit::{self, Outcome};
 use crate::interrupt::Interrupt;
 use crate::places::Places;
 use crate::progress::{Mode, Reporter};
-use crate::{area, args, chart, lines, maps, pictures};
+use crate::{args, chart, lines, maps, pictures, reference};
 use hedgehop::encode::atomic::{write_bytes, write_with};
 use hedgehop::encode::geotiff::{TILE, write_full_geotiff};
 use hedgehop::memory::PageFile;
@@ -143,7 +143,7 @@ pub fn run(args: &ContoursArgs, interrupt: &Interrupt) -> Outcome {
     });
     let count = if found.is_empty() { "no".to_owned() } else { found.len().to_string() };
     let mut text =
-        format!("{}: {count} lines every {} m{range}", args.output.display(), area::metres(interval));
+        format!("{}: {count} lines every {} m{range}", args.output.display(), reference::metres(interval));
     if found.is_empty() {
         text += &why_none(contour_range(&source, level, bounds)?, header.grid.side(level));
     }
@@ -156,7 +156,7 @@ fn why_none(heights: Option<[f64; 2]>, side: f64) -> String {
     match heights {
         None => format!(
             ": in the box there is a gap of the data, or less than two by two posts, which are {} m apart",
-            area::metres(side)
+            reference::metres(side)
         ),
         Some([low, high]) if low == high => format!(": the ground is level, {low:.2} m"),
         Some([low, high]) => {
@@ -221,7 +221,7 @@ fn map(
     let unit = (f64::from(extent.width.max(extent.height)) / 1600.0).max(0.75);
     let mut picture = relief(source, extent, observer)?;
     lines::draw(&mut picture, &extent, found, interval, index, unit);
-    let text = format!("CONTOURS {} m", area::metres(interval));
+    let text = format!("CONTOURS {} m", reference::metres(interval));
     chart::scale(&mut picture, 1.0 / extent.pixel, &text, unit);
     Ok(picture)
 }
@@ -260,7 +260,7 @@ fn write_geojson(
     observer: &dyn Observer,
 ) -> Result<()> {
     let places = Places::new(source, false)?;
-    if area::crs(source.header())?.is_local() {
+    if reference::crs(source.header())?.is_local() {
         observer
             .note("the area has no place on Earth: coordinates are its metres, not longitude and latitude");
     }

@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::area;
 use crate::args::{self, check_no_input};
 use crate::exit::{self, Outcome};
 use crate::interrupt::Interrupt;
 use crate::making::Making;
 use crate::progress::Reporter;
+use crate::reference;
 use hedgehop::geo::{Crs, Transform};
 use hedgehop::memory::PageFile;
 use hedgehop::progress::Observer;
@@ -90,7 +90,7 @@ pub fn run(args: &ExtractArgs, interrupt: &Interrupt) -> Outcome {
 
 /// A box in metres of the database's system around one in degrees.
 fn metres([west, south, east, north]: [f64; 4], header: &Header) -> Result<[f64; 4]> {
-    let crs = area::crs(header)?;
+    let crs = reference::crs(header)?;
     if crs.is_local() {
         let what = "--lon-lat: the database has no place on Earth; give --bbox in its metres";
         return Err(Error::Configuration(what.into()));

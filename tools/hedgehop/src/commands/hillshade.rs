@@ -7,7 +7,7 @@ use crate::exit::{self, Outcome};
 use crate::interrupt::Interrupt;
 use crate::maps::{self, PartArgs};
 use crate::progress::{Mode, Reporter};
-use crate::{area, args};
+use crate::{area, args, reference};
 use hedgehop::colour::{linear_of_codes, srgb8_from_linear};
 use hedgehop::encode::atomic::write_with;
 use hedgehop::encode::geotiff::{NO_DATA, TILE, write_geotiff};
@@ -108,7 +108,7 @@ pub fn run(args: &HillshadeArgs, interrupt: &Interrupt) -> Outcome {
         args.output.display(),
         extent.width,
         extent.height,
-        area::metres(extent.pixel)
+        reference::metres(extent.pixel)
     );
 
     Ok(exit::print(&text)?)

@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::area;
 use crate::args::{self, check_no_input};
 use crate::exit::{self, Outcome};
 use crate::interrupt::Interrupt;
 use crate::making::Making;
 use crate::progress::Reporter;
+use crate::reference;
 use hedgehop::memory::PageFile;
 use hedgehop::voxel::PageSource;
 use hedgehop::{Error, Result};
@@ -83,7 +83,7 @@ pub fn run(args: &MergeArgs, interrupt: &Interrupt) -> Outcome {
         size.y,
         grid.nx,
         grid.ny,
-        area::metres(grid.spacing)
+        reference::metres(grid.spacing)
     );
 
     Ok(exit::print(&text)?)

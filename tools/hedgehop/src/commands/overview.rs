@@ -14,7 +14,7 @@ use crate::screen::ScreenArgs;
 use crate::tracks::TrackArgs;
 use crate::view::FlightArgs;
 use crate::world::WorldArgs;
-use crate::{area, pictures};
+use crate::{pictures, reference};
 use hedgehop::colour::srgb8_picture;
 use hedgehop::encode::atomic::{check_writable, write_bytes};
 use hedgehop::flight::Trajectory;
@@ -127,7 +127,7 @@ pub fn run(args: &OverviewArgs, interrupt: &Interrupt) -> Outcome {
         args.output.display(),
         made.width(),
         made.height(),
-        area::metres((1000.0 / camera.focal_px()).round() / 1000.0)
+        reference::metres((1000.0 / camera.focal_px()).round() / 1000.0)
     );
 
     Ok(exit::print(&text)?)

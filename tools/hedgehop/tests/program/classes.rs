@@ -1,13 +1,11 @@
 //! Land cover from outside: what `build`, `info --classes` and `height` say of it.
 
-use crate::common;
-
 use std::fs;
 
 use serde_json::Value;
 use tempfile::TempDir;
 
-use common::{ends, run};
+use crate::common::{ends, run};
 
 /// Ground of 600 m by 400 m, of which the west is water, and a house on the grass in the east.
 fn site() -> TempDir {

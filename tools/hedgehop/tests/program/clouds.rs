@@ -1,12 +1,10 @@
 //! `build --cloud` and `[[cloud]]` from outside.
 
-use crate::common;
-
 use std::fs;
 
 use tempfile::TempDir;
 
-use common::{ends, run};
+use crate::common::{ends, run};
 
 /// A LAS 1.2 file of points of format 0: places in centimetres from (500000, 5000000, 0), and classes. It states no reference system.
 fn las(points: &[([i32; 3], u8)]) -> Vec<u8> {

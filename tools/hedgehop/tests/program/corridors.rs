@@ -2,10 +2,12 @@
 
 use std::fs;
 use std::path::PathBuf;
-use std::process::{Command, Output, Stdio};
+use std::process::Output;
 
 use serde_json::Value;
 use tempfile::TempDir;
+
+use crate::common::run_args;
 
 /// A folder with elevation of 1600 × 1200 m in posts of 2 m, and a route through it.
 struct Site {
@@ -36,12 +38,7 @@ impl Site {
     }
 
     fn run(&self, args: &[&str]) -> Output {
-        Command::new(env!("CARGO_BIN_EXE_hedgehop"))
-            .current_dir(self.folder.path())
-            .args(args)
-            .stdin(Stdio::null())
-            .output()
-            .expect("the program starts")
+        run_args(&self.folder, args)
     }
 
     fn build(&self, more: &[&str]) -> Output {

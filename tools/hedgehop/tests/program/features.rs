@@ -1,12 +1,10 @@
 //! `build --features` and `[[features]]` from outside.
 
-use crate::common;
-
 use std::fs;
 
 use tempfile::TempDir;
 
-use common::{ends, run};
+use crate::common::{ends, run};
 
 /// A folder with level ground of 300 m, and a house and a road on it.
 fn site() -> TempDir {

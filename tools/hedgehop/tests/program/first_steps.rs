@@ -1,12 +1,10 @@
 //! Things that a new user meets first: patterns of files, recordings of phones, how sharp an area is, manuals.
 
-use crate::common;
-
 use std::fs;
 
 use tempfile::TempDir;
 
-use common::{ends, run};
+use crate::common::{ends, run};
 
 /// A folder with level ground of 1.6 km by 1.6 km, in a zone of UTM.
 fn site() -> TempDir {

@@ -1,14 +1,12 @@
 //! `hillshade`, `contours`, `continuity` and `extract` from outside, on ground that has closed forms.
 
-use crate::common;
-
 use std::fs;
 use std::path::Path;
 
 use serde_json::Value;
 use tempfile::TempDir;
 
-use common::{ends, run};
+use crate::common::{ends, run};
 use hedgehop_modeling::raster::{ImageryRaster, OpenOptions, Window, open};
 
 const SIDE: i32 = 300;

@@ -1,13 +1,11 @@
 //! `height`, `sight` and `profile` from outside.
 
-use crate::common;
-
 use std::fs;
 
 use serde_json::Value;
 use tempfile::TempDir;
 
-use common::{ends, run};
+use crate::common::{ends, run};
 
 /// A folder with a database in a zone of UTM: ground of 100 m, and a ridge of 60 m across its middle.
 fn site() -> TempDir {

@@ -1,14 +1,12 @@
 //! `build PLACE.toml`, `new` and `recipe check` from outside.
 
-use crate::common;
-
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
 
-use common::{ends, run};
+use crate::common::{ends, run};
 
 /// A folder with an elevation raster that says nothing of its reference system, and a path over it.
 fn site() -> TempDir {

@@ -1,12 +1,10 @@
 //! `--scene` and `scene check` from outside.
 
-use crate::common;
-
 use std::fs;
 
 use tempfile::TempDir;
 
-use common::{ends, run};
+use crate::common::{ends, run};
 use hedgehop::voxel::{Arrays, Grid, Metadata, write_arrays};
 
 const SCENE: &str = r##"

@@ -2,10 +2,11 @@
 
 use std::fs;
 use std::path::PathBuf;
-use std::process::{Command, Output, Stdio};
+use std::process::Output;
 
 use tempfile::TempDir;
 
+use crate::common::run_args;
 use hedgehop::voxel::{Arrays, Grid, Metadata, write_arrays};
 
 /// A folder with a database of hills and a path of 2 seconds.
@@ -34,12 +35,7 @@ impl Site {
     }
 
     fn run(&self, args: &[&str]) -> Output {
-        Command::new(env!("CARGO_BIN_EXE_hedgehop"))
-            .current_dir(self.folder.path())
-            .args(args)
-            .stdin(Stdio::null())
-            .output()
-            .expect("the program starts")
+        run_args(&self.folder, args)
     }
 
     /// Renders the path at 10 frames per second, small.

@@ -1,14 +1,12 @@
 //! `hedgehop shadow-heights` from outside: a photograph, outlines and elevation in, a database with the buildings out.
 
-use crate::common;
-
 use std::fs;
 
 use image::{Rgb, RgbImage};
 use serde_json::Value;
 use tempfile::TempDir;
 
-use common::{ends, run};
+use crate::common::{ends, run};
 
 /// Pixels of a metre along a side.
 const SIDE: u32 = 320;

@@ -2,12 +2,13 @@
 
 use std::fs;
 use std::path::PathBuf;
-use std::process::{Command, Output, Stdio};
+use std::process::{Command, Output};
 
 use image::{Rgb, RgbImage};
 use serde_json::Value;
 use tempfile::TempDir;
 
+use crate::common::{ends, run};
 use hedgehop::voxel::{Arrays, Grid, Metadata, write_arrays};
 
 struct Site(TempDir);
@@ -34,21 +35,12 @@ impl Site {
     }
 
     fn run(&self, args: &str) -> Output {
-        Command::new(env!("CARGO_BIN_EXE_hedgehop"))
-            .current_dir(self.0.path())
-            .args(args.split_whitespace())
-            .stdin(Stdio::null())
-            .output()
-            .expect("the program starts")
+        run(&self.0, args)
     }
 
     #[track_caller]
     fn ends(&self, args: &str, code: i32) -> String {
-        let output = self.run(args);
-        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-        let (out, err) = (text(&output.stdout), text(&output.stderr));
-        assert_eq!(output.status.code(), Some(code), "{args}: {out}{err}");
-        out + &err
+        ends(&self.run(args), code)
     }
 
     fn picture(&self, name: &str) -> RgbImage {

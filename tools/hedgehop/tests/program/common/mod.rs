@@ -1,14 +1,20 @@
 //! The program, run from outside.
 
+use std::ffi::OsStr;
 use std::process::{Command, Output, Stdio};
 
 use tempfile::TempDir;
 
 /// Runs it in a folder, with arguments between blanks.
 pub fn run(folder: &TempDir, args: &str) -> Output {
+    run_args(folder, args.split_whitespace())
+}
+
+/// Runs it in a folder.
+pub fn run_args<A: AsRef<OsStr>>(folder: &TempDir, args: impl IntoIterator<Item = A>) -> Output {
     Command::new(env!("CARGO_BIN_EXE_hedgehop"))
         .current_dir(folder.path())
-        .args(args.split_whitespace())
+        .args(args)
         .stdin(Stdio::null())
         .output()
         .expect("the program starts")
