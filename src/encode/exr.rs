@@ -10,7 +10,7 @@
 //! | `id` | uint | source << 16 \| material << 8 \| flags, 4294967295 for the sky |
 //! | `material.R`, `.G`, `.B` | float | a colour for each material, linear, if asked for |
 //! | `forward.u`, `forward.v` | float | pixels to the right and up until the next frame, if asked for ([`crate::frame::motion`]) |
-//! | `CryptoObject00.R` … | float | ids and shares of bodies and ground, if asked for ([`crate::frame::matte`]) |
+//! | `CryptoObject00.R` … | float | ids and shares of bodies and ground, if asked for ([`crate::frame::Matte`]) |
 //!
 //! The colour channels have no layer prefix, since viewers open a blank picture without a default
 //! layer. ZIP compression, 16 scan lines at a time, every reader knows it.

@@ -1,4 +1,4 @@
-//! The common end of all readers: from fixes with line numbers to a checked [`Track`].
+//! The common end of all readers: from fixes with line numbers to a checked [`Track`](super::track::Track).
 
 use std::path::Path;
 

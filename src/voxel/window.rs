@@ -161,7 +161,7 @@ pub(super) struct FinerWindow {
     high: Vec<u16>,
     pub colours: Vec<[u8; 3]>,
     pub attributes: Vec<Attributes>,
-    /// Parts by finer page, in the order of [`Footprint::finer_pages`].
+    /// Parts by finer page, in the order of [`WindowFootprint::finer_pages`].
     parts: Vec<FinerVoxels>,
     parts_across: u32,
     /// The stand-in's page, if some part needs it.

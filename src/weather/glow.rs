@@ -25,7 +25,7 @@ pub struct Glow {
     pub to_sun: Vec3,
     /// Linear Rec. 709 colour of sunlight that has come through the air; its largest part is 1.
     pub colour: Vec3,
-    /// Share of it in the direction of the sun, 0…1, per unit of [`Self::lobe`].
+    /// Share of it in the direction of the sun, 0…1, per unit of [`lobe`].
     pub strength: f32,
     /// The phase function opposite the sun.
     pub least: f32,

@@ -31,7 +31,7 @@ pub struct PresentPages<'f> {
     here: Box<[u64]>,
     /// Parts that this frame asked for in vain, in the same way.
     missed: Box<[AtomicU64]>,
-    /// Number of the frame in [`DeferredEviction`].
+    /// Number of the frame among those that defer eviction ([`DeferredEviction::begin`](super::super::deferred_eviction::DeferredEviction::begin)).
     number: u64,
     /// Wakes the memory thread.
     news: &'f Sender<()>,

@@ -35,7 +35,7 @@ pub(in crate::objects) struct PixelRow<'a> {
     pub middles: &'a mut PixelMiddles,
 }
 
-/// The ground in sixteen pixels; see [`Ground`].
+/// The ground in sixteen pixels; see [`PixelGround`].
 #[derive(Debug, Clone, Copy, Default)]
 pub(in crate::objects) struct Grounds {
     pub inverse: [f32; LANES],

@@ -372,7 +372,7 @@ fn between_near<V: Simd>(simd: V, near: &[u32; 2 * LANES], place: V::F, origin: 
     squares(simd, from.to_bits(), to.to_bits(), place - floor)
 }
 
-/// Radiance in [`UNITS`] between texels.
+/// Radiance between texels, in [`UNITS`](crate::pixels::UNITS).
 #[inline(always)]
 fn squares<V: Simd>(simd: V, from: V::I, to: V::I, share: V::F) -> [V::F; 3] {
     let (low, middle) = (simd.splat_int(0x3ff), simd.splat_int(0x3ff << 10));

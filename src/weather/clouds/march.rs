@@ -55,7 +55,7 @@ pub struct CloudVeil<V: Simd> {
     pub through: V::F,
 }
 
-/// Values that a [`Veil`] has.
+/// Values that a [`CloudVeil`] has.
 pub const VALUES: usize = 4;
 
 impl<V: Simd> CloudRays<V> {

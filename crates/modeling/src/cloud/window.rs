@@ -19,7 +19,7 @@ pub(super) struct Mark {
     pub within: [u16; 2],
     /// Column and row of its voxel in its tile.
     pub voxel: [u8; 2],
-    /// Number of a [`Kind`].
+    /// Number of a [`PointKind`].
     pub kind: u8,
     /// Whether it has a colour.
     pub is_coloured: u8,
