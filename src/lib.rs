@@ -79,5 +79,5 @@ pub mod sunlight;
 pub mod voxel;
 pub mod weather;
 
-pub use hedgehop_base::{Error, Result, colour, error, progress};
+pub use hedgehop_base::{Error, Result, Size, colour, error, progress};
 pub use hedgehop_geo as geo;

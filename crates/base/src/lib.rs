@@ -1,8 +1,10 @@
-//! The ground floor of hedgehop: errors, progress, documents that people write, and colour.
+//! The ground floor of hedgehop: errors, progress, sizes, documents that people write, and colour.
 
 pub mod colour;
 pub mod document;
 pub mod error;
 pub mod progress;
+mod size;
 
 pub use error::{Error, Result};
+pub use size::Size;

@@ -8,6 +8,7 @@ use clap::{Args, ValueEnum};
 use serde::Serialize;
 
 use hedgehop::Error;
+use hedgehop::Size;
 use hedgehop::render::Engine;
 use hedgehop::simd::Isa;
 use hedgehop::subimage::TaskSize;
@@ -16,21 +17,6 @@ use hedgehop_modeling::recipe::matching;
 
 /// Widest and highest picture, pixels. A frame holds about 40 bytes per pixel.
 const MAX_SIDE: u32 = 16384;
-
-/// A picture's size.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Size {
-    /// Pixels per row.
-    pub width: u32,
-    /// Rows.
-    pub height: u32,
-}
-
-impl std::fmt::Display for Size {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}x{}", self.width, self.height)
-    }
-}
 
 /// `WIDTHxHEIGHT`, pixels.
 pub fn size(text: &str) -> Result<Size, String> {

@@ -4,11 +4,11 @@ use std::time::{Duration, Instant};
 
 use clap::{Args, ValueEnum};
 
-use crate::args::{self, Size};
+use crate::args;
 use crate::product::Product;
 use hedgehop::memory::{Paging, ResidentPages};
 use hedgehop::progress::Observer;
-use hedgehop::{Error, Result};
+use hedgehop::{Error, Result, Size};
 
 const MIB: u64 = 1 << 20;
 

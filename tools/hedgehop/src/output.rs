@@ -8,7 +8,6 @@ use std::sync::{Mutex, PoisonError};
 
 use serde_json::Value;
 
-use crate::args::Size;
 use crate::reference;
 use crate::sequence::{Flown, Image, Shot};
 use hedgehop::colour::srgb8_picture;
@@ -22,7 +21,7 @@ use hedgehop::geo::{Crs, Transform};
 use hedgehop::progress::Observer;
 use hedgehop::space::Camera;
 use hedgehop::voxel::{Header, PageId};
-use hedgehop::{Error, Result};
+use hedgehop::{Error, Result, Size};
 
 /// Name and version that outputs carry.
 pub const WRITER: &str = concat!("hedgehop ", env!("CARGO_PKG_VERSION"));

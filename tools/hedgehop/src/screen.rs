@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use serde_json::{Value, json};
 
-use crate::args::{self, Size};
+use crate::args;
 use hedgehop::encode::read_ray_table;
 use hedgehop::space::{Attitude, Camera, Pose, Screen};
-use hedgehop::{Error, Result};
+use hedgehop::{Error, Result, Size};
 
 /// Fields of view where nothing says otherwise, degrees.
 const PLANAR_HFOV: f64 = 60.0;

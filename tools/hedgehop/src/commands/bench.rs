@@ -21,7 +21,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use crate::args::{self, Size, check_no_input};
+use crate::args::{self, check_no_input};
 use crate::exit::{self, Failure, Outcome};
 use crate::figures::{BenchReport, Figures};
 use crate::interrupt::Interrupt;
@@ -45,7 +45,7 @@ use hedgehop::scene::{Scene, Scenery};
 use hedgehop::space::Camera;
 use hedgehop::subimage::{Batch, DEFAULT_IN_FLIGHT, Farm, FrameWork, Trace};
 use hedgehop::voxel::PageSource;
-use hedgehop::{Error, Result};
+use hedgehop::{Error, Result, Size};
 
 /// Flight to be rendered, and how.
 struct Job<'a> {

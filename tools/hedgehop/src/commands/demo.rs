@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::aov::AovArgs;
-use crate::args::{self, Instructions, Overlap, Size, Workers};
+use crate::args::{self, Instructions, Overlap, Workers};
 use crate::commands::build::Order;
 use crate::commands::render;
 use crate::contact_sheet::{Entry, WIDTH, sheet, spread};
@@ -26,7 +26,7 @@ use hedgehop::encode::atomic::write_bytes;
 use hedgehop::encode::video::check_video;
 use hedgehop::memory::PageFile;
 use hedgehop::progress::Observer;
-use hedgehop::{Error, Result};
+use hedgehop::{Error, Result, Size};
 
 const EXAMPLE: &str = "\
 Examples:

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use glam::DVec2;
 use image::{Rgb, RgbImage};
 
-use crate::args::{self, AltitudeMode, Size, Workers, check_no_input};
+use crate::args::{self, AltitudeMode, Workers, check_no_input};
 use crate::chart::{Chart, Footprint};
 use crate::exit::{self, Outcome};
 use crate::interrupt::Interrupt;
@@ -26,7 +26,7 @@ use hedgehop::space::{Attitude, Camera, Pose, Screen};
 use hedgehop::subimage::Farm;
 use hedgehop::sunlight::Sun;
 use hedgehop::voxel::{Header, PageSource};
-use hedgehop::{Error, Result};
+use hedgehop::{Error, Result, Size};
 
 const EXAMPLE: &str = "\
 Examples:

@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 
 use crate::aov::{Aov, Further};
 use crate::area;
-use crate::args::{Size, check_no_input};
+use crate::args::check_no_input;
 use crate::exit::{self, Outcome, STDOUT};
 use crate::finish::{self, Finishing, Motion};
 use crate::interrupt::Interrupt;
@@ -38,7 +38,7 @@ use hedgehop::scene::Scene;
 use hedgehop::space::Camera;
 use hedgehop::subimage::Farm;
 use hedgehop::voxel::{PageId, PageSource};
-use hedgehop::{Error, Result};
+use hedgehop::{Error, Result, Size};
 
 /// Result of a flight.
 #[derive(Debug)]

@@ -13,7 +13,7 @@ use crate::raster::tiff::tags::compression;
 
 /// Bytes of a chunk's samples.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Size {
+pub(super) struct ChunkSize {
     /// Bytes that are needed.
     pub needed: usize,
     /// Most bytes that there may be: some programs store the last strip with rows beyond the image.
@@ -21,7 +21,7 @@ pub(super) struct Size {
 }
 
 /// Unpacks a chunk that is stored under a compression; its predictor is still to be undone.
-pub(super) fn unpack(code: u32, stored: &[u8], size: Size) -> Result<Vec<u8>, String> {
+pub(super) fn unpack(code: u32, stored: &[u8], size: ChunkSize) -> Result<Vec<u8>, String> {
     let text = |error: std::io::Error| error.to_string();
     match code {
         compression::DEFLATE | compression::OLD_DEFLATE => whole(ZlibDecoder::new(stored), size),
@@ -35,7 +35,7 @@ pub(super) fn unpack(code: u32, stored: &[u8], size: Size) -> Result<Vec<u8>, St
 }
 
 /// All of a stream, whose end is where its checksum is compared.
-fn whole(mut stream: impl Read, size: Size) -> Result<Vec<u8>, String> {
+fn whole(mut stream: impl Read, size: ChunkSize) -> Result<Vec<u8>, String> {
     let mut bytes = vec![0; size.needed];
     stream.read_exact(&mut bytes).map_err(|error| error.to_string())?;
     let room = (size.most - size.needed) as u64;
@@ -43,7 +43,7 @@ fn whole(mut stream: impl Read, size: Size) -> Result<Vec<u8>, String> {
     if behind > room { Err(surplus()) } else { Ok(bytes) }
 }
 
-fn exact(mut bytes: Vec<u8>, size: Size) -> Result<Vec<u8>, String> {
+fn exact(mut bytes: Vec<u8>, size: ChunkSize) -> Result<Vec<u8>, String> {
     match bytes.len() {
         length if length < size.needed => Err(format!("it holds {length} of {} bytes", size.needed)),
         length if length > size.most => Err(surplus()),
@@ -110,8 +110,8 @@ fn pack_bits(stored: &[u8], most: usize) -> Result<Vec<u8>, String> {
 mod tests {
     use super::*;
 
-    fn size(needed: usize, most: usize) -> Size {
-        Size { needed, most }
+    fn size(needed: usize, most: usize) -> ChunkSize {
+        ChunkSize { needed, most }
     }
 
     #[test]
