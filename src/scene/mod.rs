@@ -6,6 +6,7 @@
 //!
 //! `docs/scene.md` describes the file to users.
 
+mod appearance;
 mod cast;
 mod colour;
 mod contents;
@@ -13,7 +14,6 @@ mod file;
 mod form;
 mod joint;
 mod light;
-mod look;
 mod model;
 #[cfg(test)]
 mod night_tests;

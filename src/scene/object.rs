@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use toml::Spanned;
 
 use super::Object;
-use super::look::look;
+use super::appearance::appearance;
 use super::model::Models;
 use super::part::{Whole, parts, refuse_keys};
 use super::place::{PLACE_KEYS, Place};
@@ -32,7 +32,7 @@ pub(super) fn object(
     check_name(reading, "an object", &table.name, &span)?;
     refuse_keys(reading, &table, Whole::Object)?;
     let whose = format!("object `{}`", table.name);
-    let look = look(reading, &table, &whose, &span, models, hasher)?;
+    let appearance = appearance(reading, &table, &whose, &span, models, hasher)?;
     let albedo = table.albedo(reading)?.unwrap_or_else(|| linear_from_srgb8(GREY));
 
     let start = match &table.start_s {
@@ -69,9 +69,9 @@ pub(super) fn object(
 
     let mut object = Object {
         line,
-        form: look.form,
-        files: look.files,
-        notes: look.notes,
+        form: appearance.form,
+        files: appearance.files,
+        notes: appearance.notes,
         albedo,
         track,
         to,
@@ -83,7 +83,7 @@ pub(super) fn object(
         name: table.name.clone(),
     };
 
-    parts(reading, &table, look.nodes, &mut object, models, hasher)?;
+    parts(reading, &table, appearance.nodes, &mut object, models, hasher)?;
     Ok(object)
 }
 

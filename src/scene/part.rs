@@ -8,8 +8,8 @@ use glam::{DMat3, DVec3};
 use toml::Spanned;
 
 use super::Object;
+use super::appearance::{NodeAppearance, appearance};
 use super::joint::{Axes, COLUMNS, Joint, JointCourse};
-use super::look::{NodeLook, look};
 use super::model::{Models, Rest};
 use super::place::finite;
 use crate::flight::{Samples, read_columns};
@@ -75,7 +75,7 @@ pub(super) fn refuse_keys(reading: &Reading<'_>, table: &ObjectTable, whole: Who
 }
 
 /// Refuses what a node's model says.
-fn refuse_looks(reading: &Reading<'_>, table: &ObjectTable) -> Result<()> {
+fn refuse_appearance(reading: &Reading<'_>, table: &ObjectTable) -> Result<()> {
     let given = [
         ("shape", at(&table.shape)),
         ("model", at(&table.model)),
@@ -113,11 +113,11 @@ struct PartEntry<'t> {
     parent: Option<usize>,
 }
 
-/// Reads the parts of an object, whose own table this is, and whose nodes look so.
+/// Reads the parts of an object, whose own table this is, and the nodes of whose model look so.
 pub(super) fn parts(
     reading: &Reading<'_>,
     table: &ObjectTable,
-    nodes: Vec<NodeLook>,
+    nodes: Vec<NodeAppearance>,
     object: &mut Object,
     models: &mut Models,
     hasher: &mut blake3::Hasher,
@@ -144,17 +144,17 @@ pub(super) fn parts(
 
         let (form, rest) = match node {
             Some(node) => {
-                let NodeLook { form, rest, .. } = &nodes[*node];
+                let NodeAppearance { form, rest, .. } = &nodes[*node];
                 let Axes { origin: pivot, turn } = below.to(&Axes::from(*rest));
                 (form.clone(), Rest { pivot, turn })
             }
             None => {
-                let look = look(reading, own, whose, span, models, hasher)?;
-                object.files.extend(look.files);
-                object.notes.extend(look.notes);
+                let appearance = appearance(reading, own, whose, span, models, hasher)?;
+                object.files.extend(appearance.files);
+                object.notes.extend(appearance.notes);
                 let offset = own.offset_m.as_ref();
                 let offset = offset.map_or(Ok([0.0; 3]), |offset| finite(reading, "offset_m", offset))?;
-                (look.form, Rest { pivot: offset.into(), turn: DMat3::IDENTITY })
+                (appearance.form, Rest { pivot: offset.into(), turn: DMat3::IDENTITY })
             }
         };
 
@@ -183,7 +183,7 @@ pub(super) fn parts(
 fn entries<'t>(
     reading: &Reading<'_>,
     object: &'t ObjectTable,
-    nodes: &[NodeLook],
+    nodes: &[NodeAppearance],
 ) -> Result<Vec<PartEntry<'t>>> {
     if let Some(beyond) = object.part.get(MOST_PARTS) {
         return Err(reading.wrong(beyond.span(), format!("an object has at most {MOST_PARTS} parts")));
@@ -208,7 +208,7 @@ fn entries<'t>(
         refuse_keys(reading, table, Whole::Part)?;
         let mut node = None;
         if table.node.is_some() {
-            refuse_looks(reading, table)?;
+            refuse_appearance(reading, table)?;
             node = Some(node_entries.len());
             node_entries.push(entries.len());
         }

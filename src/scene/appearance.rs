@@ -25,12 +25,12 @@ pub(super) struct Appearance {
     pub files: Vec<PathBuf>,
     pub notes: Vec<String>,
     /// Nodes of its model that are parts of their own, in the order in which these name them.
-    pub nodes: Vec<NodeLook>,
+    pub nodes: Vec<NodeAppearance>,
 }
 
 /// A node of an object's model.
 #[derive(Debug)]
-pub(super) struct NodeLook {
+pub(super) struct NodeAppearance {
     pub form: Form,
     pub rest: Rest,
     /// Number of the nearest of these nodes that it is below of.
@@ -38,7 +38,7 @@ pub(super) struct NodeLook {
 }
 
 /// Reads what a table's shape or model looks like; `whose` says what that is of, and `span` is that of its table.
-pub(super) fn look(
+pub(super) fn appearance(
     reading: &Reading<'_>,
     table: &ObjectTable,
     whose: &str,
@@ -154,7 +154,7 @@ fn model(
     notes.dedup();
     let size = whole_size(&finest, &coarser);
     let above = found().map(|node| node.above).enumerate();
-    let looks = above.map(|(index, above)| NodeLook {
+    let node_appearances = above.map(|(index, above)| NodeAppearance {
         form: Arc::new(node_model(index, &finest, &coarser, size)).into(),
         rest: rests[index],
         above,
@@ -163,7 +163,7 @@ fn model(
     let rest = Model::new(finest.rest.clone(), levels);
     let form = Arc::new(if rests.is_empty() { rest } else { rest.seen_with(size) }).into();
 
-    Ok(Appearance { form, files, notes, nodes: looks.collect() })
+    Ok(Appearance { form, files, notes, nodes: node_appearances.collect() })
 }
 
 /// Diameter of the sphere around the box of all levels, nodes at rest included, metres.
