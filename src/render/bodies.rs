@@ -40,7 +40,6 @@ struct BodyShading<'s, 'r, 'a, S> {
     atmosphere: Atmosphere,
     /// Factor on light, by channel.
     tint: Vec3,
-    has_fog: bool,
     /// `None`: all of the sun reaches them.
     shadows: Option<&'s Shadows<'r, 'a, S>>,
 }
@@ -164,7 +163,6 @@ impl<'s, 'r, 'a, S: PageSource> BodyShading<'s, 'r, 'a, S> {
             sensor: VisualSensor::new(options.sun),
             atmosphere: options.atmosphere(renderer.source.header()),
             tint: options.brightness().tint(),
-            has_fog: options.weather.fog.is_some(),
             shadows,
         }
     }
@@ -184,8 +182,7 @@ impl<'s, 'r, 'a, S: PageSource> BodyShading<'s, 'r, 'a, S> {
             let veil = self.atmosphere.veil(ray.origin.z, direction, hit.range as f32);
             Before { id: hit.id, range: hit.range, direction, veil }
         });
-        // Fog may end anywhere.
-        if !self.has_fog {
+        if !self.atmosphere.has_edge() {
             latest_air.set(Some(before));
         }
         self.tint * before.veil.over(radiance)

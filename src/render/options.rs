@@ -8,7 +8,7 @@ use crate::sensor::VisualSensor;
 use crate::space::Camera;
 use crate::sunlight::{Brightness, Night, Shade, Shades, Sun};
 use crate::voxel::Header;
-use crate::weather::{Atmosphere, Weather};
+use crate::weather::{Atmosphere, CLEAR_VISIBILITY, Weather};
 use hedgehop_base::error::{Error, Result};
 
 /// Settings of a rendering: surface, sun, light, weather, haze, engine.
@@ -24,7 +24,7 @@ pub struct RenderOptions {
     pub night: Night,
     /// Ground lies in the shadow of ground.
     pub shadows: bool,
-    /// Matter in the air besides haze.
+    /// Weather, but for the visibility of haze.
     pub weather: Weather,
     /// Factor on the range thresholds, > 0: 1 changes level where a voxel fills a pixel. Scan planes also look the closer
     /// at steep ground.
@@ -50,14 +50,11 @@ pub enum Engine {
     Planes,
 }
 
-/// Visibility of a clear day, metres.
-const DEFAULT_VISIBILITY: f64 = 40_000.0;
-
 impl Default for RenderOptions {
     fn default() -> Self {
         Self {
             surface: Surface::Smooth,
-            visibility: DEFAULT_VISIBILITY,
+            visibility: CLEAR_VISIBILITY,
             sun: Sun::default(),
             night: Night::default(),
             shadows: false,

@@ -25,7 +25,7 @@ use crate::sensor::radiance::{LineSampler, RadiancePages};
 use crate::simd::{LANES, Sixteen};
 use crate::subimage::{Farm, Stage, TaskSize};
 use crate::voxel::{PageId, PageNeeds, PageSource};
-use crate::weather::Air;
+use crate::weather::{AtmosphereLanes, SteepHeights};
 use hedgehop_base::error::Result;
 
 /// Planes of a march task, and rows of an image task, unless told otherwise: small ones cost nothing, and many workers find
@@ -328,7 +328,7 @@ fn see<S: PageSource>(
             paint: Paint {
                 painter: Painter {
                     sampler: LineSampler::new(if waits { light } else { light.without_waiting() }),
-                    air: Air::new(&atmosphere, view.eye.z, header.height_range.1),
+                    air: AtmosphereLanes::new(&atmosphere, view.eye.z, header.height_range.1),
                     eye: view.eye,
                     spacing: header.grid.spacing,
                     height: above_ground,
@@ -403,8 +403,8 @@ fn see<S: PageSource>(
                     coarser: profile.rows_stood_in(&row_table.centres[rows]),
                 };
                 *rays.lock().unwrap_or_else(PoisonError::into_inner) += seen;
-                if let Some((heights, step)) = brush.painter.air.edge() {
-                    profile.refine(renderer.isa, heights, step);
+                if let Some(SteepHeights { bounds, step }) = brush.painter.air.steep_heights() {
+                    profile.refine(renderer.isa, bounds, step);
                 }
 
                 let missing = shading.time(|| paint(brush, &group, &mut look, profile))?;

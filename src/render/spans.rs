@@ -11,7 +11,7 @@ use crate::raymarch::scan::{
 use crate::sensor::ShadedFacets;
 use crate::simd::{Isa, LANES};
 use crate::voxel::PageSource;
-use crate::weather::Air;
+use crate::weather::AtmosphereLanes;
 use hedgehop_base::error::Result;
 
 /// Puts what stands on the ground into rows that show it already; one per worker.
@@ -33,7 +33,7 @@ pub struct SeenGroup<'s> {
     pub row_table: &'s RowTable,
     pub kept: &'s KeptPlanes,
     pub scale: Scale,
-    pub air: &'s Air,
+    pub air: &'s AtmosphereLanes,
     pub squares: &'s [f32; LANES],
 }
 

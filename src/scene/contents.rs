@@ -47,7 +47,7 @@ pub struct Scene {
     pub lines: SunLines,
     /// Meteorological visibility at the lowest ground, metres, > 0, if it is given.
     pub visibility: Option<f64>,
-    /// Matter in the air besides haze.
+    /// Weather, but for the visibility of haze.
     pub weather: Weather,
     /// Steps from light to a picture.
     pub finish: Finish,

@@ -12,10 +12,12 @@ use super::object::object;
 use super::picture::{HudTable, PictureTable};
 use super::plume::{PlumeTable, plume};
 use super::sun::{NightTable, SunTable};
-use super::{Object, Scene};
+use super::weather_tables::{
+    AirTable, CloudsTable, FogTable, GroundTable, PrecipitationTable, WeatherTables,
+};
+use super::{Light, Object, Plume, Scene};
 use crate::scene::contents::BETWEEN;
 use crate::scene::object_table::ObjectTable;
-use crate::weather::{self, CloudsTable, FogTable, GroundTable, PrecipitationTable, Weather};
 use hedgehop_base::document::{Kind, Reading, plain};
 use hedgehop_base::error::{Error, Result};
 
@@ -41,13 +43,6 @@ struct SceneTable {
     plume: Vec<Spanned<PlumeTable>>,
 }
 
-#[derive(Deserialize, Default)]
-#[serde(deny_unknown_fields, expecting = "the table [air]")]
-struct AirTable {
-    visibility_m: Option<Spanned<f64>>,
-    glow: Option<Spanned<f64>>,
-}
-
 impl Scene {
     /// Reads a scene file, and the tracks and models that it names.
     ///
@@ -60,67 +55,30 @@ impl Scene {
     }
 }
 
-pub(super) fn read(path: &Path) -> Result<Scene> {
+/// Reads a scene file, table by table.
+fn read(path: &Path) -> Result<Scene> {
     let mut hasher = blake3::Hasher::new();
     let (reading, table): (_, SceneTable) = Reading::open(path, SCENE, &mut hasher)?;
     let lines = table.sun.as_ref().map(|sun| sun.lines(&reading)).unwrap_or_default();
     let shadows = table.sun.as_ref().and_then(SunTable::shadows);
     let sun = table.sun.map_or(Ok(None), |sun| sun.read(&reading))?;
     let night = table.night.unwrap_or_default().read(&reading)?;
-    let air = table.air.unwrap_or_default();
-    let visibility = air.visibility_m.as_ref();
-    let visibility = visibility
-        .map(|metres| reading.number("visibility_m", metres, |metres| metres > 0.0, "must be more than 0 m"))
-        .transpose()?;
-    let precipitation = table.precipitation.map(|falls| falls.read(&reading)).transpose()?;
 
-    let weather = Weather {
-        precipitation,
-        ground: table.ground.unwrap_or_default().read(&reading, precipitation.as_ref())?,
-        glow: weather::glow(&reading, air.glow.as_ref(), sun.is_some())?,
-        fog: table.fog.map(|fog| fog.read(&reading)).transpose()?,
-        clouds: table.clouds.map(|clouds| clouds.read(&reading)).transpose()?,
+    let weather = WeatherTables {
+        air: table.air.unwrap_or_default(),
+        fog: table.fog,
+        clouds: table.clouds,
+        precipitation: table.precipitation,
+        ground: table.ground.unwrap_or_default(),
     };
+    let visibility = weather.air.read_visibility(&reading)?;
+    let weather = weather.read(&reading, sun.is_some())?;
 
     let finish = table.picture.unwrap_or_default().read(&reading)?;
     let hud = table.hud.map(|hud| hud.read(&reading)).transpose()?.unwrap_or_default();
-    let mut objects: BTreeMap<String, Object> = BTreeMap::new();
-    let mut models = Models::default();
-
-    for table in table.object {
-        let span = table.span();
-        let object = object(&reading, table, &mut models, &mut hasher)?;
-        if objects.contains_key(&object.name) {
-            let what = format!("there is an object `{}` already; names tell objects apart", object.name);
-            return Err(reading.wrong(span, what));
-        }
-        objects.insert(object.name.clone(), object);
-    }
-
-    for object in objects.values() {
-        for part in &object.parts {
-            let name = format!("{}{BETWEEN}{}", object.name, part.name);
-            if objects.contains_key(&name) {
-                let what = format!("there is an object `{name}`, too; names tell objects and parts apart");
-                return Err(Error::invalid(path, format!("line {}: {}", part.line, plain(&what))));
-            }
-        }
-    }
-
-    let mut lights = Vec::new();
-    let mut lamps = 0;
-    for (index, table) in table.light.iter().enumerate() {
-        let light = light(&reading, table, index + 1)?;
-        lamps += light.lamp_count();
-        if lamps > MOST_LAMPS {
-            return Err(reading.wrong(table.span(), format!("a scene has at most {MOST_LAMPS} lamps")));
-        }
-        lights.push(light);
-    }
-
-    let plumes = table.plume.into_iter().enumerate();
-    let plumes = plumes.map(|(index, table)| plume(&reading, table, index + 1)).collect::<Result<_>>()?;
-    let objects = objects.into_values().collect();
+    let objects = read_objects(&reading, table.object, &mut hasher)?;
+    let lights = read_lights(&reading, &table.light)?;
+    let plumes = read_plumes(&reading, table.plume)?;
 
     Ok(Scene {
         path: path.to_owned(),
@@ -137,4 +95,57 @@ pub(super) fn read(path: &Path) -> Result<Scene> {
         lights,
         plumes,
     })
+}
+
+/// Reads all objects with their models and tracks, and sorts them by name; `hasher` takes all files that they name.
+fn read_objects(
+    reading: &Reading<'_>,
+    tables: Vec<Spanned<ObjectTable>>,
+    hasher: &mut blake3::Hasher,
+) -> Result<Vec<Object>> {
+    let mut objects: BTreeMap<String, Object> = BTreeMap::new();
+    let mut models = Models::default();
+    for table in tables {
+        let span = table.span();
+        let object = object(reading, table, &mut models, hasher)?;
+        if objects.contains_key(&object.name) {
+            let what = format!("there is an object `{}` already; names tell objects apart", object.name);
+            return Err(reading.wrong(span, what));
+        }
+        objects.insert(object.name.clone(), object);
+    }
+
+    for object in objects.values() {
+        for part in &object.parts {
+            let name = format!("{}{BETWEEN}{}", object.name, part.name);
+            if objects.contains_key(&name) {
+                let what = format!("there is an object `{name}`, too; names tell objects and parts apart");
+                return Err(Error::invalid(reading.path, format!("line {}: {}", part.line, plain(&what))));
+            }
+        }
+    }
+
+    Ok(objects.into_values().collect())
+}
+
+/// Reads all lights; together they have [`MOST_LAMPS`] at most.
+fn read_lights(reading: &Reading<'_>, tables: &[Spanned<LightTable>]) -> Result<Vec<Light>> {
+    let mut lights = Vec::new();
+    let mut lamps = 0;
+    for (index, table) in tables.iter().enumerate() {
+        let light = light(reading, table, index + 1)?;
+        lamps += light.lamp_count();
+        if lamps > MOST_LAMPS {
+            return Err(reading.wrong(table.span(), format!("a scene has at most {MOST_LAMPS} lamps")));
+        }
+        lights.push(light);
+    }
+
+    Ok(lights)
+}
+
+/// Reads all plumes.
+fn read_plumes(reading: &Reading<'_>, tables: Vec<Spanned<PlumeTable>>) -> Result<Vec<Plume>> {
+    let numbered = tables.into_iter().enumerate();
+    numbered.map(|(index, table)| plume(reading, table, index + 1)).collect()
 }

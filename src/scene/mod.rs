@@ -30,6 +30,7 @@ mod slope;
 mod sun;
 #[cfg(test)]
 mod tests;
+mod weather_tables;
 
 pub use cast::{Cast, Scenery};
 pub use contents::Scene;

@@ -22,8 +22,9 @@ impl Veil {
         self.light + radiance * self.through
     }
 
-    /// Puts haze of unit `colour` before it, of which a share `through` of light comes through.
-    fn behind(self, colour: Vec3, through: f32) -> Self {
+    /// Adds a layer of air between this veil and the eye: of `colour` where nothing comes through, and letting a share `through` of light
+    /// through.
+    fn with_nearer_layer(self, colour: Vec3, through: f32) -> Self {
         Self { light: colour.lerp(self.light, through), through: self.through * through }
     }
 }
@@ -34,12 +35,17 @@ const UNSEEN: f64 = 1.0 / 1024.0;
 /// Height over which haze thins by the factor e, metres: aerosol of the lower air.
 pub(crate) const SCALE_HEIGHT: f32 = 2000.0;
 
-/// Linear Rec. 709 colours of the clear sky.
-pub(crate) const ZENITH: Vec3 = Vec3::new(0.10, 0.22, 0.52);
-pub(crate) const HORIZON: Vec3 = Vec3::new(0.62, 0.71, 0.80);
+/// Linear Rec. 709 colour of haze, but for its glow, at all heights.
+pub(crate) const HAZE_COLOUR: Vec3 = Vec3::new(0.62, 0.71, 0.80);
 
-/// Visibility to which the colours of the sky belong, metres: they hold that much haze already.
-const CLEAR_VISIBILITY: f32 = 40_000.0;
+/// Linear Rec. 709 colour of the clear sky straight above.
+pub(crate) const ZENITH: Vec3 = Vec3::new(0.10, 0.22, 0.52);
+
+/// Linear Rec. 709 colour of the clear sky at the horizon: that of haze, or a line would show where far ground meets it.
+pub(crate) const HORIZON: Vec3 = HAZE_COLOUR;
+
+/// Visibility of a clear day, metres, to which the colours of the sky belong: they hold that much haze already.
+pub(crate) const CLEAR_VISIBILITY: f64 = 40_000.0;
 
 /// Rate at which the sky turns from the horizon's haze to blue, per sine of elevation; it begins
 /// gently, over sines up to `SKY_ONSET`, so that no line shows at the horizon.
@@ -87,6 +93,11 @@ impl Atmosphere {
         self.fog.as_ref()
     }
 
+    /// Whether the veil changes abruptly somewhere, as where fog ends: surfaces close to each other may then lie behind different ones.
+    pub(crate) fn has_edge(&self) -> bool {
+        self.fog.is_some()
+    }
+
     /// Extinction at the base, 1/metres.
     pub(crate) fn extinction(&self) -> f32 {
         self.extinction
@@ -94,7 +105,7 @@ impl Atmosphere {
 
     /// Extinction beyond that of a clear day, 1/metres: it hides the sky.
     pub(crate) fn excess(&self) -> f32 {
-        (self.extinction - -VANISHING_CONTRAST.ln() / CLEAR_VISIBILITY).max(0.0)
+        (self.extinction - -VANISHING_CONTRAST.ln() / CLEAR_VISIBILITY as f32).max(0.0)
     }
 
     /// Height of an eye above the base, in scale heights, ≥ 0.
@@ -148,19 +159,19 @@ impl Atmosphere {
         let (up, clear) = (direction.z, Veil { light: Vec3::ZERO, through: 1.0 });
         let whole = self.optical_depth(eye, up, range);
         let Some(fog) = &self.fog else {
-            let [horizon] = self.lit([HORIZON], direction);
-            return clear.behind(horizon, (-whole).exp());
+            let [haze] = self.lit([HAZE_COLOUR], direction);
+            return clear.with_nearer_layer(haze, (-whole).exp());
         };
         let below = fog.below(eye);
         let before = match fog.before(below, up, range) {
             0.0 => 0.0,
             before => self.optical_depth(eye, up, before).min(whole),
         };
-        let [horizon, light] = self.lit([HORIZON, self.fog_colour(fog, eye)], direction);
+        let [haze, light] = self.lit([HAZE_COLOUR, self.fog_colour(fog, eye)], direction);
         clear
-            .behind(horizon, (before - whole).exp())
-            .behind(light, (-fog.depth(below, up * range, range)).exp())
-            .behind(horizon, (-before).exp())
+            .with_nearer_layer(haze, (before - whole).exp())
+            .with_nearer_layer(light, (-fog.depth(below, up * range, range)).exp())
+            .with_nearer_layer(haze, (-before).exp())
     }
 
     /// Radiance that reaches the eye from a surface of `radiance` behind the air of [`Self::veil`].
@@ -202,7 +213,8 @@ mod tests {
     #[test]
     fn contrast_at_the_visibility_range_is_five_percent() {
         let air = Atmosphere::new(12_000.0, 300.0);
-        let contrast = (air.haze(Vec3::ZERO, 300.0, rising(0.0), 12_000.0).x - HORIZON.x) / -HORIZON.x;
+        let contrast =
+            (air.haze(Vec3::ZERO, 300.0, rising(0.0), 12_000.0).x - HAZE_COLOUR.x) / -HAZE_COLOUR.x;
         assert!((contrast - 0.05).abs() < 1e-6);
     }
 
@@ -229,8 +241,11 @@ mod tests {
             let reach = air.reach(eye, highest);
             for ground in [100.0, 0.5 * (100.0 + highest), highest] {
                 let up = ((ground - eye) / reach) as f32;
-                let left = air.haze(Vec3::ONE, eye, rising(up), reach as f32) - HORIZON;
-                assert!(left.length() < 1.2e-3 * (Vec3::ONE - HORIZON).length(), "{eye} {ground}: {left}");
+                let left = air.haze(Vec3::ONE, eye, rising(up), reach as f32) - HAZE_COLOUR;
+                assert!(
+                    left.length() < 1.2e-3 * (Vec3::ONE - HAZE_COLOUR).length(),
+                    "{eye} {ground}: {left}"
+                );
             }
             assert!(reach > 40_000.0 && reach < 2.0e6, "{reach}");
         }

@@ -6,7 +6,7 @@
 
 /// Share of the upper edge's depth by which a ray must rise for the difference to keep its digits; else its mean density is that of two places
 /// (Gauss's, exact for a cubic, which the step is).
-pub(crate) const LEVEL: f32 = 0.1;
+pub(crate) const SMALL_FOG_RISE: f32 = 0.1;
 
 /// Shares of a ray's way at which these places are.
 pub(crate) const GAUSS: [f32; 2] = [0.211_324_87, 0.788_675_1];
@@ -24,7 +24,7 @@ pub struct FogLayer {
 
 impl FogLayer {
     /// Fog of which, where haze already has `haze` (1/metres), a contrast of 5 % is left at its visibility.
-    pub fn new(fog: &super::layers::Fog, haze: f32) -> Self {
+    pub fn new(fog: &super::Fog, haze: f32) -> Self {
         let extinction =
             (-crate::weather::fog::VANISHING_CONTRAST.ln() / fog.visibility as f32 - haze).max(0.0);
         Self { extinction, ceiling: fog.top + 0.5 * fog.soft, soft: fog.soft as f32 }
@@ -50,7 +50,7 @@ impl FogLayer {
 
     /// Optical depth from what lies `below` the clear air along `range` metres on which a ray rises by `rise` metres.
     pub fn depth(&self, below: f32, rise: f32, range: f32) -> f32 {
-        let mean = if rise.abs() < LEVEL * self.soft {
+        let mean = if rise.abs() < SMALL_FOG_RISE * self.soft {
             0.5 * GAUSS.map(|share| self.density(below - share * rise)).iter().sum::<f32>()
         } else {
             (self.column(below) - self.column(below - rise)) / rise

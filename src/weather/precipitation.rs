@@ -1,16 +1,8 @@
-//! The tables `[precipitation]` and `[ground]`: what falls, and what it leaves on the ground.
+//! Rain and snow, and their cover of the ground.
 
 use serde::Deserialize;
-use toml::Spanned;
 
-use hedgehop_base::document::Reading;
-use hedgehop_base::error::Result;
-
-/// Heaviest fall, millimetres of water an hour: more than cloudbursts bring.
-const HEAVIEST: f64 = 300.0;
-
-/// Strongest wind, metres per second.
-const FASTEST: f64 = 100.0;
+use crate::weather::ranges::{FASTEST_FALL, is_rate, is_share, is_wind};
 
 /// Kind of precipitation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
@@ -54,7 +46,7 @@ impl Precipitation {
 
     /// Whether its values lie within their ranges.
     pub(crate) fn is_sound(&self) -> bool {
-        is_rate(self.rate) && self.wind.into_iter().all(is_wind)
+        is_rate(self.rate) && self.wind.into_iter().all(|speed| is_wind(speed, FASTEST_FALL))
     }
 }
 
@@ -62,73 +54,6 @@ impl GroundCover {
     /// Whether its values lie within their ranges.
     pub(crate) fn is_sound(&self) -> bool {
         is_share(self.wet) && is_share(self.snow)
-    }
-}
-
-fn is_rate(rate: f64) -> bool {
-    rate > 0.0 && rate <= HEAVIEST
-}
-
-fn is_wind(speed: f64) -> bool {
-    speed.abs() <= FASTEST
-}
-
-fn is_share(share: f64) -> bool {
-    (0.0..=1.0).contains(&share)
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields, expecting = "the table [precipitation]")]
-pub(crate) struct PrecipitationTable {
-    kind: PrecipitationKind,
-    rate_mm_h: Spanned<f64>,
-    wind_mps: Option<Spanned<Vec<f64>>>,
-}
-
-#[derive(Deserialize, Default)]
-#[serde(deny_unknown_fields, expecting = "the table [ground]")]
-pub(crate) struct GroundTable {
-    wet: Option<Spanned<f64>>,
-    snow: Option<Spanned<f64>>,
-}
-
-impl PrecipitationTable {
-    pub fn read(&self, reading: &Reading<'_>) -> Result<Precipitation> {
-        let rate = reading.number(
-            "rate_mm_h",
-            &self.rate_mm_h,
-            is_rate,
-            "must be more than 0 and at most 300 mm/h",
-        )?;
-
-        let wind: [f64; 2] = match &self.wind_mps {
-            Some(wind) => {
-                let speeds: [f64; 2] = reading.numbers("wind_mps", wind)?;
-                if !speeds.into_iter().all(is_wind) {
-                    let what =
-                        format!("wind_mps must be two speeds of {FASTEST} m/s at most, not {speeds:?}");
-                    return Err(reading.wrong(wind.span(), what));
-                }
-                speeds
-            }
-            None => [0.0; 2],
-        };
-
-        Ok(Precipitation { kind: self.kind, rate, wind })
-    }
-}
-
-impl GroundTable {
-    /// Reads the table; what it leaves out follows from the precipitation.
-    pub fn read(&self, reading: &Reading<'_>, falls: Option<&Precipitation>) -> Result<GroundCover> {
-        let share = |key: &str, value: &Option<Spanned<f64>>, kind: PrecipitationKind| match value {
-            Some(value) => reading.number(key, value, is_share, "must be 0 to 1"),
-            None => Ok(if falls.is_some_and(|falls| falls.kind == kind) { 1.0 } else { 0.0 }),
-        };
-        Ok(GroundCover {
-            wet: share("wet", &self.wet, PrecipitationKind::Rain)?,
-            snow: share("snow", &self.snow, PrecipitationKind::Snow)?,
-        })
     }
 }
 

@@ -6,7 +6,7 @@ use crate::raymarch::scan::{PlaneGroup, Profile, SampleLine};
 use crate::sensor::radiance::{Crossings, ImageLine, LineSampler, PlanesAbove, TexelPlace};
 use crate::simd::{Floats, Isa, Kernel, LANES, Simd, Sixteen};
 use crate::voxel::Grid;
-use crate::weather::Air;
+use crate::weather::AtmosphereLanes;
 use hedgehop_base::error::Result;
 
 /// Sights from the one that is painted to the one that is fetched, a power of two.
@@ -20,7 +20,7 @@ pub struct Painter<'a> {
     /// Radiance of lines.
     pub sampler: LineSampler<'a>,
     /// Haze and sky.
-    pub air: Air,
+    pub air: AtmosphereLanes,
     /// The eye: units, units, metres.
     pub eye: DVec3,
     /// Metres per unit.
@@ -42,7 +42,7 @@ impl Painter<'_> {
         lights: &mut Vec<PlaneLight>,
     ) -> Result<()> {
         lights.clear();
-        if self.air.has_weather() {
+        if self.air.has_fog_or_glow() {
             isa.run(Painting::<true> { painter: self, group, profile, angle, squares, lights })
         } else {
             isa.run(Painting::<false> { painter: self, group, profile, angle, squares, lights })
@@ -50,7 +50,7 @@ impl Painter<'_> {
     }
 }
 
-struct Painting<'f, 'a, const WEATHER: bool> {
+struct Painting<'f, 'a, const FOG_OR_GLOW: bool> {
     painter: &'f mut Painter<'a>,
     group: &'f PlaneGroup,
     profile: &'f Profile,
@@ -59,7 +59,7 @@ struct Painting<'f, 'a, const WEATHER: bool> {
     lights: &'f mut Vec<PlaneLight>,
 }
 
-impl<const WEATHER: bool> Kernel for Painting<'_, '_, WEATHER> {
+impl<const FOG_OR_GLOW: bool> Kernel for Painting<'_, '_, FOG_OR_GLOW> {
     type Output = Result<()>;
 
     #[inline(always)]
@@ -105,7 +105,7 @@ impl<const WEATHER: bool> Kernel for Painting<'_, '_, WEATHER> {
             let depth = inverse.recip();
             let square = slope.mul_add(slope, squares);
             let slant = square.sqrt_rough();
-            let seen = air.haze::<V, WEATHER>(simd, colour, slant * depth, slope * depth);
+            let seen = air.haze::<V, FOG_OR_GLOW>(simd, colour, slant * depth, slope * depth);
             let mut light = PlaneLight::default();
             for (light, seen) in light.iter_mut().zip(seen) {
                 seen.store(&mut light.0);

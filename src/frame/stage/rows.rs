@@ -18,7 +18,7 @@ use super::cell::{Cell, Scale};
 use super::paint::PlaneLight;
 use crate::raymarch::scan::{NO_SLOPE, Profile, RowTable, VisibleSegment};
 use crate::simd::{Floats, Ints, Isa, Kernel, LANES, Mask, Simd, Sixteen};
-use crate::weather::Air;
+use crate::weather::AtmosphereLanes;
 
 /// Least rise of a stretch, as tangent: keeps quotients finite.
 const LEAST_RISE: f32 = 1.0e-20;
@@ -47,12 +47,12 @@ impl RowFill<'_> {
         isa: Isa,
         profile: &Profile,
         lights: &[PlaneLight],
-        air: &Air,
+        air: &AtmosphereLanes,
         squares: &[f32; LANES],
         sums: &mut EdgeSums,
     ) {
         sums.resize(self.cells.len() + 1, PlaneLight::default());
-        if air.has_weather() {
+        if air.has_fog_or_glow() {
             isa.run(RowFilling::<true> { rows: self, profile, lights, air, squares, sums });
         } else {
             isa.run(RowFilling::<false> { rows: self, profile, lights, air, squares, sums });
@@ -67,16 +67,16 @@ impl RowFill<'_> {
     }
 }
 
-struct RowFilling<'f, 'r, const WEATHER: bool> {
+struct RowFilling<'f, 'r, const FOG_OR_GLOW: bool> {
     rows: RowFill<'r>,
     profile: &'f Profile,
     lights: &'f [PlaneLight],
-    air: &'f Air,
+    air: &'f AtmosphereLanes,
     squares: &'f [f32; LANES],
     sums: &'f mut [PlaneLight],
 }
 
-impl<const WEATHER: bool> Kernel for RowFilling<'_, '_, WEATHER> {
+impl<const FOG_OR_GLOW: bool> Kernel for RowFilling<'_, '_, FOG_OR_GLOW> {
     type Output = ();
 
     #[inline(always)]
@@ -113,7 +113,7 @@ impl<const WEATHER: bool> Kernel for RowFilling<'_, '_, WEATHER> {
             }
         }
 
-        covering.finish::<WEATHER>(air, simd.load(squares));
+        covering.finish::<FOG_OR_GLOW>(air, simd.load(squares));
     }
 }
 
@@ -256,7 +256,7 @@ impl<V: Simd> Covering<'_, V> {
 
     /// Leaves what is above to the sky, and takes light from edges to rows.
     #[inline(always)]
-    fn finish<const WEATHER: bool>(mut self, air: &Air, squares: V::F) {
+    fn finish<const FOG_OR_GLOW: bool>(mut self, air: &AtmosphereLanes, squares: V::F) {
         let simd = self.simd;
         let least = self.covered.least();
         let open = self.edges.partition_point(|&edge| edge <= least);
@@ -284,7 +284,7 @@ impl<V: Simd> Covering<'_, V> {
             let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
             let top = simd.splat(edges[row + 1]);
             let share = ((top - covered) * simd.splat(per_row)).max(zero).min(one);
-            for (seen, sky) in seen.iter_mut().zip(air.sky::<V, WEATHER>(simd, sine)) {
+            for (seen, sky) in seen.iter_mut().zip(air.sky::<V, FOG_OR_GLOW>(simd, sine)) {
                 *seen = sky.mul_add(share, *seen);
             }
 

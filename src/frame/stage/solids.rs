@@ -3,7 +3,7 @@
 use super::cell::{Cell, Scale};
 use crate::raymarch::scan::{RowTable, SpanCoverage};
 use crate::simd::{Floats, Isa, Kernel, LANES, Mask, Simd, Sixteen};
-use crate::weather::Air;
+use crate::weather::AtmosphereLanes;
 
 /// Share of a row above which it shows something.
 const LEAST_SHARE: f32 = 1.0e-3;
@@ -29,7 +29,7 @@ pub struct SpanPaint<'r> {
     /// Coverage of what stands before them.
     pub cover: &'r SpanCoverage,
     /// Haze.
-    pub air: &'r Air,
+    pub air: &'r AtmosphereLanes,
     /// 1 + a² of each plane.
     pub squares: &'r [f32; LANES],
 }

@@ -8,8 +8,8 @@ use super::cell::{Cell, Scale};
 use super::paint::PlaneLight;
 use super::{EdgeSums, RowFill};
 use crate::raymarch::scan::{NO_SLOPE, Post, Profile, RowTable, SampleLine};
-use crate::simd::{Floats, Ints, Isa, Kernel, LANES, Simd, Sixteen};
-use crate::weather::{Air, Atmosphere};
+use crate::simd::{Ints, Isa, Kernel, LANES, Simd, Sixteen};
+use crate::weather::{Atmosphere, AtmosphereLanes};
 
 const ROWS: usize = 40;
 
@@ -53,7 +53,7 @@ fn fill(
     let centres = all.windows(2).map(|edge| 0.5 * (edge[0] + edge[1])).collect();
     let row_table = RowTable::new(all, centres);
     let mut cells = vec![Cell::default(); ROWS];
-    let air = Air::new(&Atmosphere::new(20_000.0, 0.0), 100.0, 500.0);
+    let air = AtmosphereLanes::new(&Atmosphere::new(20_000.0, 0.0), 100.0, 500.0);
     let rows = RowFill { row_table: &row_table, first: BELOW, cells: &mut cells, scale: Scale::ALL, inverse };
     // What was in the memory before must not matter.
     let mut sums: EdgeSums = vec![[Sixteen([f32::NAN; LANES]); 3]; 2 * ROWS];
@@ -133,47 +133,6 @@ impl Kernel for Between<'_> {
             found.store(cells);
         }
         std::array::from_fn(|lane| self.0.between(cells[0][lane], cells[1][lane]))
-    }
-}
-
-/// Haze of black ground straight down, at an incline and level, from an eye at a height.
-struct Haze(Air, [[f32; LANES]; 2]);
-
-impl Kernel for Haze {
-    type Output = [f32; LANES];
-
-    fn run<V: Simd>(self, simd: V) -> [f32; LANES] {
-        let [range, rise] = self.1.map(|lanes| simd.load(&lanes));
-        let mut red = [0.0; LANES];
-        self.0.haze::<V, false>(simd, [simd.splat(0.0); 3], range, rise)[0].store(&mut red);
-        red
-    }
-}
-
-/// Northward, where `up` is the sine of the elevation.
-fn rising(up: f32) -> glam::Vec3 {
-    glam::Vec3::new(0.0, (1.0 - up * up).max(0.0).sqrt(), up)
-}
-
-#[test]
-fn haze_is_the_atmospheres_from_any_height() {
-    let atmosphere = Atmosphere::new(20_000.0, 500.0);
-    for eye in [500.0, 600.0, 3000.0, 30_000.0, 165_000.0, 180_000.0, 1.0e6, 4.0e7] {
-        let up: [f32; LANES] = std::array::from_fn(|lane| -(lane as f32) / (LANES - 1) as f32);
-        let range = up.map(|up| if up < 0.0 { (eye as f32 - 500.0) / -up } else { 9000.0 });
-        for isa in Isa::available() {
-            let rise = std::array::from_fn(|lane| up[lane] * range[lane]);
-            let seen = isa.run(Haze(Air::new(&atmosphere, eye, 5000.0), [range, rise]));
-            for lane in 0..LANES {
-                let exact = atmosphere.haze(glam::Vec3::ZERO, eye, rising(up[lane]), range[lane]).x;
-                assert!(
-                    (seen[lane] - exact).abs() < 2.0e-3,
-                    "{isa}: {eye} m, {}: {} for {exact}",
-                    up[lane],
-                    seen[lane]
-                );
-            }
-        }
     }
 }
 

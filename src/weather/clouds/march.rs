@@ -2,7 +2,7 @@
 
 use crate::simd::math::{exp_neg, log2};
 use crate::simd::{Floats, Ints, LANES, Mask, Simd, Sixteen};
-use crate::weather::Air;
+use crate::weather::AtmosphereLanes;
 use crate::weather::clouds::cover::{CloudCover, STEPS};
 use crate::weather::clouds::field::{FIRST, LAYERS, LEVELS, ROW};
 use crate::weather::clouds::noise::SIDE;
@@ -79,7 +79,7 @@ impl<V: Simd> CloudRays<V> {
         &self,
         simd: V,
         cover: &CloudCover<'_>,
-        air: &Air,
+        air: &AtmosphereLanes,
         mut profile: Option<&mut [Sixteen]>,
     ) -> CloudVeil<V> {
         let (zero, one, least) = (simd.splat(0.0), simd.splat(1.0), simd.splat(1.0e-6));

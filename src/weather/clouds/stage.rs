@@ -10,7 +10,7 @@ use crate::sunlight::{Daylight, Sun};
 use crate::weather::clouds::CloudField;
 use crate::weather::clouds::cover::CloudCover;
 use crate::weather::glow::sunlight;
-use crate::weather::{Air, Atmosphere, Clouds};
+use crate::weather::{Atmosphere, AtmosphereLanes, Clouds};
 
 /// Angle between rays of the lattice, radians, and the most pixels between them.
 const LATTICE: f64 = 0.0045;
@@ -27,7 +27,7 @@ pub struct CloudStage<'c> {
     pub(super) isa: Isa,
     pub(super) camera: &'c Camera,
     pub(super) cover: CloudCover<'c>,
-    pub(super) air: Air,
+    pub(super) air: AtmosphereLanes,
     /// Factor on light, by channel: how bright the hour is.
     pub(super) tint: [f32; 3],
     lens: Lens<'c>,
@@ -68,7 +68,7 @@ impl<'c> CloudStage<'c> {
         };
 
         let cell = (LATTICE / camera.pixel_angle()).clamp(1.0, MOST_PIXELS) as usize;
-        let air = Air::new(atmosphere, eye.z, clouds.top.max(highest));
+        let air = AtmosphereLanes::new(atmosphere, eye.z, clouds.top.max(highest));
         Some(Self { isa, camera, cover, air, tint: [1.0; 3], lens: Lens::new(camera), cell })
     }
 

@@ -1,24 +1,24 @@
-//! Haze and sky of sixteen pixels: the twin of [`Atmosphere`]'s closed forms.
+//! Haze, fog and sky in sixteen lanes at once: the twin of [`Atmosphere`]'s closed forms, which are of one ray.
 
 use crate::pixels::UNITS;
 use crate::raymarch::scan::PlaneGroup;
 use crate::simd::math::exp_neg;
 use crate::simd::{Floats, Simd, Sixteen};
 use crate::weather::Atmosphere;
-use crate::weather::atmosphere::{HORIZON, SCALE_HEIGHT, SKY_DEPTH, SKY_ONSET, ZENITH};
-use crate::weather::fog::{FogLayer, GAUSS, LEVEL as FOG_LEVEL};
+use crate::weather::atmosphere::{HAZE_COLOUR, HORIZON, SCALE_HEIGHT, SKY_DEPTH, SKY_ONSET, ZENITH};
+use crate::weather::fog::{FogLayer, GAUSS, SMALL_FOG_RISE};
 use crate::weather::glow::{Glow, PHASE};
 
 /// Terms of the polynomial for haze, and rises in scale heights up to which it serves: exact to 10⁻⁴ over three of them.
 const TERMS: usize = 6;
 const WIDEST: f64 = 3.0;
 
-/// Rise, scale heights, below which the mean is nearly linear.
-const LEVEL: f32 = 0.02;
+/// Rise, scale heights, below which the mean extinction of haze is nearly linear.
+const SMALL_HAZE_RISE: f32 = 0.02;
 
-/// The air around an eye.
+/// [`Atmosphere`] as one eye sees it, for sixteen lanes at once.
 #[derive(Debug, Clone, Copy)]
-pub struct Air {
+pub struct AtmosphereLanes {
     /// Haze beyond a clear day's, above the eye, times scale height: its optical depth to the zenith.
     excess: f32,
     /// Height of the eye above the haze's base, scale heights; haze is as thick as there below it.
@@ -30,16 +30,18 @@ pub struct Air {
     /// the rise down, which counts from `middle` in scale heights; `None`: rises are too different for one.
     series: Option<[f32; TERMS]>,
     middle: f32,
-    /// Contents of the air besides haze; most air has nothing.
-    weather: Option<AirWeather>,
+    /// Fog and glow; `None`: neither, as in most air.
+    fog_and_glow: Option<FogAndGlow>,
 }
 
-/// Contents of the air besides haze.
+/// Fog and glow of the air, of which one may be missing.
 #[derive(Debug, Clone, Copy)]
-struct AirWeather {
+struct FogAndGlow {
+    /// Glow about the sun.
     glow: Option<Glow>,
     /// Cosine of each lane's azimuth from that of the sun, times that of the sun's elevation.
     sunward: Sixteen,
+    /// Fog below a height.
     fog: Option<EyeFog>,
 }
 
@@ -54,14 +56,25 @@ struct EyeFog {
     colour: [f32; 3],
 }
 
-/// Depth below the top of fog, in depths of its upper edge, from which on nothing is seen of what is farther down, and the largest step in it.
+/// Heights of one eye between which its veil changes so fast that light from one to the other is not linear: those of fog's upper edge.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SteepHeights {
+    /// The lowest and the highest, metres above the eye.
+    pub bounds: [f32; 2],
+    /// Longest step of height over which light still is linear, metres.
+    pub step: f32,
+}
+
+/// Depth below the top of fog, in depths of its upper edge, from which on nothing is seen of what is farther down.
 const EDGE_DEPTH: f32 = 2.0;
+
+/// Longest step of height within it over which light is linear, in depths of the upper edge.
 const EDGE_STEP: f32 = 0.125;
 
 /// Least |sine| of an elevation by which is divided.
 const LEAST_SINE: f32 = 1.0e-6;
 
-impl Air {
+impl AtmosphereLanes {
     /// Seen from height `eye` ground that is not higher than `ceiling`, metres above the datum.
     pub fn new(atmosphere: &Atmosphere, eye: f64, ceiling: f64) -> Self {
         let start = atmosphere.scale_heights(eye);
@@ -83,28 +96,27 @@ impl Air {
             colour: atmosphere.fog_colour(layer, eye).to_array(),
         });
         let glow = atmosphere.glow().copied();
-        let has_weather = fog.is_some() || glow.is_some();
-        let weather = has_weather.then_some(AirWeather { glow, sunward: Sixteen::default(), fog });
+        let has_either = fog.is_some() || glow.is_some();
+        let fog_and_glow = has_either.then_some(FogAndGlow { glow, sunward: Sixteen::default(), fog });
 
-        Self { excess, start, extinction, density, series, middle: middle as f32, weather }
+        Self { excess, start, extinction, density, series, middle: middle as f32, fog_and_glow }
     }
 
-    /// Whether anything is in the air besides haze: kernels have a loop of their own for it, so that clear air stays as fast as it is.
-    pub fn has_weather(&self) -> bool {
-        self.weather.is_some()
+    /// Whether there is fog or glow: kernels have a loop of their own for them, so that air with nothing but haze stays as fast as it is.
+    pub fn has_fog_or_glow(&self) -> bool {
+        self.fog_and_glow.is_some()
     }
 
-    /// Heights above the eye between which a veil changes so fast with them that light between two of them is not linear, and how far apart they may be at most,
-    /// metres; `None`: nowhere.
-    pub fn edge(&self) -> Option<([f32; 2], f32)> {
-        let fog = self.weather?.fog?;
+    /// Returns the heights at which the veil is not linear; `None`: it is at all of them.
+    pub fn steep_heights(&self) -> Option<SteepHeights> {
+        let fog = self.fog_and_glow?.fog?;
         let soft = fog.layer.soft;
-        Some(([fog.below - EDGE_DEPTH * soft, fog.below], EDGE_STEP * soft))
+        Some(SteepHeights { bounds: [fog.below - EDGE_DEPTH * soft, fog.below], step: EDGE_STEP * soft })
     }
 
     /// Turns to where a group of planes looks, which only a glow needs to know.
     pub fn face(&mut self, group: &PlaneGroup) {
-        if let Some(AirWeather { glow: Some(glow), sunward, .. }) = &mut self.weather {
+        if let Some(FogAndGlow { glow: Some(glow), sunward, .. }) = &mut self.fog_and_glow {
             let sun = [glow.to_sun.x, glow.to_sun.y];
             for (sunward, minor) in sunward.0.iter_mut().zip(group.minor) {
                 let ahead = group.forward as f32;
@@ -117,7 +129,7 @@ impl Air {
     /// Turns each lane to a direction of which the parts eastward and northward are given, and need not be of unit length.
     #[inline(always)]
     pub fn turn<V: Simd>(&mut self, simd: V, [east, north]: [V::F; 2]) {
-        if let Some(AirWeather { glow: Some(glow), sunward, .. }) = &mut self.weather {
+        if let Some(FogAndGlow { glow: Some(glow), sunward, .. }) = &mut self.fog_and_glow {
             let least = simd.splat(1.0e-12);
             let along = east * simd.splat(glow.to_sun.x) + north * simd.splat(glow.to_sun.y);
             (along * (east * east + north * north + least).rsqrt()).store(&mut sunward.0);
@@ -145,9 +157,9 @@ impl Air {
             // (e^−start − e^−(start + rise)) / rise, which loses its digits for small rises: for them the first two terms.
             let density = simd.splat(self.density);
             let end = exp_neg(simd, rise + simd.splat(self.start));
-            let level = rise.abs().lt(simd.splat(LEVEL));
+            let is_small = rise.abs().lt(simd.splat(SMALL_HAZE_RISE));
             let first = rise.neg_mul_add(simd.splat(0.5), simd.splat(1.0)) * density;
-            first.select(level, (density - end) * rise.recip()) * simd.splat(self.extinction)
+            first.select(is_small, (density - end) * rise.recip()) * simd.splat(self.extinction)
         };
         range * mean
     }
@@ -155,32 +167,32 @@ impl Air {
     /// Radiance that reaches the eye from ground of `radiance`, in [`UNITS`], `range` metres away and `rise` metres above the
     /// eye along the ray.
     #[inline(always)]
-    pub fn haze<V: Simd, const WEATHER: bool>(
+    pub fn haze<V: Simd, const FOG_OR_GLOW: bool>(
         &self,
         simd: V,
         radiance: [V::F; 3],
         range: V::F,
         rise: V::F,
     ) -> [V::F; 3] {
-        if WEATHER && let Some(weather) = &self.weather {
+        if FOG_OR_GLOW && let Some(fog_and_glow) = &self.fog_and_glow {
             let mut light = radiance;
             for (light, unit) in light.iter_mut().zip(UNITS) {
                 *light = *light * simd.splat(unit);
             }
-            return self.through_weather(simd, weather, light, range, rise);
+            return self.over_with(simd, fog_and_glow, light, range, rise);
         }
         let through = self.through(simd, range, rise);
         let mut seen = radiance;
-        for ((seen, horizon), unit) in seen.iter_mut().zip(HORIZON.to_array()).zip(UNITS) {
-            let more = seen.mul_add(simd.splat(unit), simd.splat(-horizon));
-            *seen = more.mul_add(through, simd.splat(horizon));
+        for ((seen, haze), unit) in seen.iter_mut().zip(HAZE_COLOUR.to_array()).zip(UNITS) {
+            let more = seen.mul_add(simd.splat(unit), simd.splat(-haze));
+            *seen = more.mul_add(through, simd.splat(haze));
         }
         seen
     }
 
     /// The sky's radiance in a direction of which `up` is the sine of the elevation.
     #[inline(always)]
-    pub fn sky<V: Simd, const WEATHER: bool>(&self, simd: V, up: V::F) -> [V::F; 3] {
+    pub fn sky<V: Simd, const FOG_OR_GLOW: bool>(&self, simd: V, up: V::F) -> [V::F; 3] {
         let toward = up;
         let up = up.max(simd.splat(LEAST_SINE));
         let blue = up * up * simd.splat(SKY_DEPTH) * (up + simd.splat(SKY_ONSET)).recip();
@@ -188,8 +200,8 @@ impl Air {
         if self.excess > 0.0 {
             clear = clear * exp_neg(simd, simd.splat(self.excess) * up.recip());
         }
-        if WEATHER && let Some(weather) = &self.weather {
-            return self.sky_through_weather(simd, weather, clear, toward);
+        if FOG_OR_GLOW && let Some(fog_and_glow) = &self.fog_and_glow {
+            return self.sky_with(simd, fog_and_glow, clear, toward);
         }
         let mut seen = [clear; 3];
         for (seen, (horizon, zenith)) in
@@ -201,38 +213,39 @@ impl Air {
     }
 }
 
-impl Air {
+impl AtmosphereLanes {
     /// Radiance that reaches the eye from what sends `light`, linear Rec. 709, `range` metres away and `rise` metres above the eye.
     #[inline(always)]
     pub fn over<V: Simd>(&self, simd: V, light: [V::F; 3], range: V::F, rise: V::F) -> [V::F; 3] {
-        if let Some(weather) = &self.weather {
-            return self.through_weather(simd, weather, light, range, rise);
+        if let Some(fog_and_glow) = &self.fog_and_glow {
+            return self.over_with(simd, fog_and_glow, light, range, rise);
         }
-        let mut horizon = light;
-        splat_all(simd, &mut horizon, HORIZON.to_array());
-        mixed::<V>(horizon, light, self.through(simd, range, rise))
+        let mut haze = light;
+        splat_all(simd, &mut haze, HAZE_COLOUR.to_array());
+        mixed::<V>(haze, light, self.through(simd, range, rise))
     }
 
+    /// [`Self::over`] with fog and glow.
     #[inline(always)]
-    fn through_weather<V: Simd>(
+    fn over_with<V: Simd>(
         &self,
         simd: V,
-        weather: &AirWeather,
+        fog_and_glow: &FogAndGlow,
         light: [V::F; 3],
         range: V::F,
         rise: V::F,
     ) -> [V::F; 3] {
         let (zero, up) = (simd.splat(0.0), rise * range.recip());
-        let glow = weather.share(simd, up);
-        let horizon = weather.lit(simd, HORIZON.to_array(), glow);
-        let Some(fog) = &weather.fog else {
-            return mixed::<V>(horizon, light, self.through(simd, range, rise));
+        let glow = fog_and_glow.share(simd, up);
+        let haze = fog_and_glow.lit(simd, HAZE_COLOUR.to_array(), glow);
+        let Some(fog) = &fog_and_glow.fog else {
+            return mixed::<V>(haze, light, self.through(simd, range, rise));
         };
 
-        let colour = weather.lit(simd, fog.colour, glow);
+        let colour = fog_and_glow.lit(simd, fog.colour, glow);
         let veil = exp_neg(simd, fog.depth(simd, range, rise).max(zero));
         if fog.below >= 0.0 {
-            let behind = mixed::<V>(horizon, light, self.through(simd, range, rise));
+            let behind = mixed::<V>(haze, light, self.through(simd, range, rise));
             return mixed::<V>(colour, behind, veil);
         }
 
@@ -242,28 +255,22 @@ impl Air {
         let reach = simd.splat(fog.below) * up.min(simd.splat(-LEAST_SINE)).recip();
         let clear = reach.min(range).select(sinks, range);
         let before = self.depth(simd, clear, clear * up).min(whole);
-        let behind = mixed::<V>(horizon, light, exp_neg(simd, whole - before));
+        let behind = mixed::<V>(haze, light, exp_neg(simd, whole - before));
 
-        mixed::<V>(horizon, mixed::<V>(colour, behind, veil), exp_neg(simd, before))
+        mixed::<V>(haze, mixed::<V>(colour, behind, veil), exp_neg(simd, before))
     }
 
-    /// `clear` is the share of the zenith's blue.
+    /// [`Self::sky`] with fog and glow; `clear` is the share of the zenith's blue.
     #[inline(always)]
-    fn sky_through_weather<V: Simd>(
-        &self,
-        simd: V,
-        weather: &AirWeather,
-        clear: V::F,
-        up: V::F,
-    ) -> [V::F; 3] {
-        let glow = weather.share(simd, up);
-        let horizon = weather.lit(simd, HORIZON.to_array(), glow);
+    fn sky_with<V: Simd>(&self, simd: V, fog_and_glow: &FogAndGlow, clear: V::F, up: V::F) -> [V::F; 3] {
+        let glow = fog_and_glow.share(simd, up);
+        let horizon = fog_and_glow.lit(simd, HORIZON.to_array(), glow);
         let mut zenith = horizon;
         splat_all(simd, &mut zenith, ZENITH.to_array());
         let sky = mixed::<V>(horizon, zenith, clear);
-        let Some(fog) = &weather.fog else { return sky };
+        let Some(fog) = &fog_and_glow.fog else { return sky };
         let (zero, least) = (simd.splat(0.0), simd.splat(LEAST_SINE));
-        let colour = weather.lit(simd, fog.colour, glow);
+        let colour = fog_and_glow.lit(simd, fog.colour, glow);
         let rises = zero.lt(up);
         if fog.below >= 0.0 {
             let depth = simd.splat(fog.layer.extinction * fog.column) * up.max(least).recip();
@@ -281,13 +288,13 @@ impl Air {
     }
 }
 
-impl AirWeather {
+impl FogAndGlow {
     /// Share of sunlight in what glows, for elevations of which `up` is the sine.
     #[inline(always)]
     fn share<V: Simd>(&self, simd: V, up: V::F) -> Option<(V::F, [f32; 3])> {
         let glow = self.glow.as_ref()?;
-        let level = up.neg_mul_add(up, simd.splat(1.0)).max(simd.splat(1.0e-9)).sqrt_rough();
-        let cosine = (up * simd.splat(glow.to_sun.z)) + level * simd.load(&self.sunward.0);
+        let along = up.neg_mul_add(up, simd.splat(1.0)).max(simd.splat(1.0e-9)).sqrt_rough();
+        let cosine = (up * simd.splat(glow.to_sun.z)) + along * simd.load(&self.sunward.0);
         let root = cosine.neg_mul_add(simd.splat(PHASE[1]), simd.splat(PHASE[0])).rsqrt();
         let strength = simd.splat(glow.strength);
         let share = (root * root * root - simd.splat(glow.least)) * strength;
@@ -319,14 +326,14 @@ impl EyeFog {
         let share = (end * per_soft).max(zero).min(one);
         let column = (soft * share * share * share)
             .mul_add(share.neg_mul_add(simd.splat(0.5), one), (end - soft).max(zero));
-        let is_level = rise.abs().lt(simd.splat(FOG_LEVEL) * soft);
+        let is_small = rise.abs().lt(simd.splat(SMALL_FOG_RISE) * soft);
         let mut density = zero;
         for share in GAUSS {
             let place = (rise.neg_mul_add(simd.splat(share), below) * per_soft).max(zero).min(one);
             density = (place * place).mul_add(simd.splat(1.5) - place, density);
         }
-        let rising = one.select(is_level, rise);
-        let mean = density.select(is_level, (simd.splat(self.column) - column) * rising.recip());
+        let rising = one.select(is_small, rise);
+        let mean = density.select(is_small, (simd.splat(self.column) - column) * rising.recip());
         range * simd.splat(self.layer.extinction) * mean
     }
 }
