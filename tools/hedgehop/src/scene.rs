@@ -121,15 +121,16 @@ pub fn record(scene: Option<&Scene>, settings: &mut Value) {
     }
 }
 
-/// Records the weather; clear air is not mentioned.
+/// Records the weather; clear air is not mentioned. What falls and covers the ground is in [`record`]'s digest of the scene alone.
 pub fn record_weather(weather: &Weather, settings: &mut Value) {
-    if weather.glow > 0.0 {
-        settings["glow"] = json!(weather.glow);
+    let Weather { glow, fog, clouds, precipitation: _, ground: _ } = *weather;
+    if glow > 0.0 {
+        settings["glow"] = json!(glow);
     }
-    if let Some(Fog { top, visibility, soft }) = weather.fog {
+    if let Some(Fog { top, visibility, soft }) = fog {
         settings["fog"] = json!({ "top_m": top, "visibility_m": visibility, "soft_m": soft });
     }
-    if let Some(Clouds { base, top, coverage, visibility, scale, seed, wind }) = weather.clouds {
+    if let Some(Clouds { base, top, coverage, visibility, scale, seed, wind }) = clouds {
         settings["clouds"] = json!({
             "base_m": base,
             "top_m": top,

@@ -86,8 +86,8 @@ pub struct LookArgs {
     #[arg(long, value_enum, default_value = "smooth")]
     pub surface: Surface,
 
-    /// Meteorological visibility at the lowest ground, metres [default: 40000]
-    #[arg(long, value_name = "METRES", value_parser = args::positive, allow_negative_numbers = true)]
+    /// Meteorological visibility at the lowest ground, metres
+    #[arg(long, value_name = "METRES", value_parser = args::positive, allow_negative_numbers = true, help = visibility_help())]
     pub visibility: Option<f64>,
 
     /// Sun's azimuth clockwise from north and elevation above the horizon, degrees, or the time: 2026-06-21T09:30Z [default: 135,40]
@@ -101,6 +101,12 @@ pub struct LookArgs {
     /// Fineness at which far and steep ground is looked at, 0.1 to 16: 2 is sharper and slower, 0.5 softer and faster
     #[arg(long, value_name = "FACTOR", value_parser = args::detail, allow_negative_numbers = true, default_value = "1")]
     pub detail: f64,
+}
+
+/// Help of `--visibility`: its default is the library's, which a scene goes before.
+fn visibility_help() -> String {
+    let default = RenderOptions::default().visibility;
+    format!("Meteorological visibility at the lowest ground, metres [default: {default}]")
 }
 
 /// Something that may be had or not.

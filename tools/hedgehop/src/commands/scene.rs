@@ -16,7 +16,7 @@ use hedgehop::objects::{Form, Shape};
 use hedgehop::scene::{Anchor, LampLayout, Object, Part, PlumeKind, Scene};
 use hedgehop::sunlight::{Sun, SunSetting};
 use hedgehop::voxel::PageSource;
-use hedgehop::weather::{GroundCover, PrecipitationKind};
+use hedgehop::weather::{GroundCover, PrecipitationKind, Weather};
 
 const EXAMPLE: &str = "\
 Examples:
@@ -103,11 +103,13 @@ fn description(scene: &Scene) -> String {
     if let Some(visibility) = scene.visibility {
         let _ = writeln!(text, "  visibility {visibility} m");
     }
-    if scene.weather.glow > 0.0 {
-        let _ = writeln!(text, "  glow {}", scene.weather.glow);
+
+    let Weather { glow, fog, clouds, precipitation, ground } = &scene.weather;
+    if *glow > 0.0 {
+        let _ = writeln!(text, "  glow {glow}");
     }
 
-    if let Some(fog) = &scene.weather.fog {
+    if let Some(fog) = fog {
         let _ = writeln!(
             text,
             "  fog up to {} m above the datum, visibility {} m inside",
@@ -115,7 +117,7 @@ fn description(scene: &Scene) -> String {
         );
     }
 
-    if let Some(clouds) = &scene.weather.clouds {
+    if let Some(clouds) = clouds {
         let _ = writeln!(
             text,
             "  clouds from {} to {} m above the datum, over {} of the sky",
@@ -123,7 +125,7 @@ fn description(scene: &Scene) -> String {
         );
     }
 
-    if let Some(falls) = &scene.weather.precipitation {
+    if let Some(falls) = precipitation {
         let kind = match falls.kind {
             PrecipitationKind::Rain => "rain",
             PrecipitationKind::Snow => "snow",
@@ -131,7 +133,7 @@ fn description(scene: &Scene) -> String {
         let _ = writeln!(text, "  {kind}, {} mm of water an hour", falls.rate);
     }
 
-    let GroundCover { wet, snow } = scene.weather.ground;
+    let GroundCover { wet, snow } = *ground;
     for (share, what) in
         [(wet, "wet"), (snow, "white with snow")].into_iter().filter(|(share, _)| *share > 0.0)
     {
