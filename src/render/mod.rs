@@ -45,7 +45,7 @@ pub use exposure::{Exposure, Moment};
 pub use limits::{far_limit, level_bands};
 pub use options::{Engine, RenderOptions};
 pub use overlays::Overlays;
-pub use page_planner::{FlightPlan, LivePlan};
+pub use page_planner::{FlightPlan, LivePlan, NumberedCamera};
 pub use renderer::Renderer;
 pub use unserved::Unserved;
 

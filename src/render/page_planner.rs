@@ -15,18 +15,27 @@ use crate::sunlight::Shade;
 use crate::voxel::{Grid, PAGE_SIDE, PageId, PageNeeds, PagePart, PageSource};
 use hedgehop_base::error::Result;
 
+/// Camera of a frame of a flight.
+#[derive(Debug, Clone)]
+pub struct NumberedCamera {
+    /// The frame's number.
+    pub number: u64,
+    /// Sees the frame.
+    pub camera: Camera,
+}
+
 /// Foresees the frames that a renderer is to render.
 #[derive(Debug)]
 pub struct FlightPlan<'a, S> {
     renderer: &'a Renderer<'a, S>,
     farm: &'a Farm,
-    cameras: &'a [(u64, Camera)],
+    cameras: &'a [NumberedCamera],
     is_of_pictures: bool,
 }
 
 impl<'a, S: PageSource> FlightPlan<'a, S> {
     /// Frames that `renderer` is to render are seen by `cameras`, in order; workers of `farm` may compute tables of directions.
-    pub fn new(renderer: &'a Renderer<'a, S>, farm: &'a Farm, cameras: &'a [(u64, Camera)]) -> Self {
+    pub fn new(renderer: &'a Renderer<'a, S>, farm: &'a Farm, cameras: &'a [NumberedCamera]) -> Self {
         Self { renderer, farm, cameras, is_of_pictures: false }
     }
 
@@ -40,14 +49,14 @@ impl<'a, S: PageSource> FlightPlan<'a, S> {
 impl<S: PageSource> PagePlanner for FlightPlan<'_, S> {
     fn needs(&self, frame: u32) -> Result<PageNeeds> {
         match self.cameras.get(frame as usize) {
-            Some((_, camera)) => self.renderer.foresee(camera, self.farm),
+            Some(frame) => self.renderer.foresee(&frame.camera, self.farm),
             None => Ok(PageNeeds::default()),
         }
     }
 
     fn is_behind(&self, frame: u32, page: PageId) -> bool {
-        let camera = self.cameras.get(frame as usize);
-        camera.is_none_or(|(_, camera)| lies_behind(&self.renderer.source.header().grid, &camera.pose, page))
+        let seen = self.cameras.get(frame as usize);
+        seen.is_none_or(|seen| lies_behind(&self.renderer.source.header().grid, &seen.camera.pose, page))
     }
 
     fn brings_paint(&self) -> bool {

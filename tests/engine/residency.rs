@@ -11,7 +11,7 @@ use crate::hills::write_hills;
 use hedgehop::Result;
 use hedgehop::memory::{PageFile, Paging, ResidentPages};
 use hedgehop::progress::Silent;
-use hedgehop::render::{FlightPlan, RenderOptions, Renderer};
+use hedgehop::render::{FlightPlan, NumberedCamera, RenderOptions, Renderer};
 use hedgehop::space::{Attitude, Camera, Pose};
 use hedgehop::subimage::{Batch, Farm};
 use hedgehop::voxel::{BoundsView, Header, HeightsView, PageId, PagePart, PageSource, PageView, SpansView};
@@ -19,13 +19,13 @@ use hedgehop::voxel::{BoundsView, Header, HeightsView, PageId, PagePart, PageSou
 const FRAMES: u32 = 24;
 
 /// Level flight to the north-east.
-fn cameras() -> Vec<(u64, Camera)> {
+fn cameras() -> Vec<NumberedCamera> {
     let camera = |frame: u32| {
         let eye = DVec3::new(800.0, 700.0, 330.0) + f64::from(frame) * DVec3::new(120.0, 110.0, 0.0);
         let attitude = Attitude { yaw: 47.0, pitch: -4.0, roll: 0.0 };
         Camera::new(Pose { eye, attitude, hfov: 60.0 }, 320, 180)
     };
-    (0..FRAMES).map(|frame| (u64::from(frame) + 1, camera(frame))).collect()
+    (0..FRAMES).map(|frame| NumberedCamera { number: u64::from(frame) + 1, camera: camera(frame) }).collect()
 }
 
 struct Flown {
@@ -52,7 +52,7 @@ fn fly(path: &Path, budget: Option<u64>, workers: usize, brings: bool) -> Flown 
     let plan = FlightPlan::new(&renderer, &farm, &cameras);
     let plan = if brings { plan.of_pictures() } else { plan };
     let frames: Vec<_> =
-        (0..).zip(&cameras).map(|(frame, (number, camera))| (*number, (frame, camera))).collect();
+        (0..).zip(&cameras).map(|(frame, seen)| (seen.number, (frame, &seen.camera))).collect();
     let mut pictures = Vec::new();
 
     let later = pages
@@ -191,7 +191,7 @@ fn frames_wait_only_for_pages_whose_paint_they_have_in_sight() {
     let renderer = Renderer::new(&distant, &RenderOptions::default());
     let mut seen = 0;
 
-    for (index, (_, camera)) in cameras().iter().enumerate().step_by(6) {
+    for (index, NumberedCamera { camera, .. }) in cameras().iter().enumerate().step_by(6) {
         let farm = Farm::new(1 + index % 3).unwrap();
         let picture = renderer.picture(camera, &farm).unwrap().0;
         assert!(picture == plain.picture(camera, &farm).unwrap().0, "frame {index}");
@@ -212,7 +212,7 @@ fn what_a_frame_has_in_sight_was_foreseen() {
     let (_folder, path) = hills();
     let pages = PageFile::open(&path).unwrap();
     let farm = Farm::new(1).unwrap();
-    for (_, camera) in cameras().iter().step_by(6) {
+    for NumberedCamera { camera, .. } in cameras().iter().step_by(6) {
         let distant = Distant::new(&pages);
         let renderer = Renderer::new(&distant, &RenderOptions::default());
         renderer.picture(camera, &farm).unwrap();

@@ -11,7 +11,7 @@ use hedgehop::encode::FrameRate;
 use hedgehop::flight::Trajectory;
 use hedgehop::frame::Picture;
 use hedgehop::frame::hud::{self, MiniMap, Readings};
-use hedgehop::render::{Account, Exposure, Moment, Rendered, Renderer};
+use hedgehop::render::{Account, Exposure, Moment, NumberedCamera, Rendered, Renderer};
 use hedgehop::scene::{Dither, Finish, Hud, Scene, Tone};
 use hedgehop::space::{Camera, Pose};
 use hedgehop::subimage::Farm;
@@ -272,11 +272,11 @@ pub fn mini_map<S: PageSource>(hud: &Hud, source: &S, trajectory: &Trajectory) -
 }
 
 /// Refuses a lens that folds some picture before its corners.
-pub fn check_lens(cameras: &[(u64, Camera)], finish: &Finish) -> Result<()> {
+pub fn check_lens(cameras: &[NumberedCamera], finish: &Finish) -> Result<()> {
     let [k1, k2] = finish.distortion;
     let folds = |camera: &Camera| camera.ray(0.0, 0.0).is_none();
-    match cameras.iter().find(|(_, camera)| (k1, k2) != (0.0, 0.0) && folds(camera)) {
-        Some((number, camera)) => Err(Error::Configuration(format!(
+    match cameras.iter().find(|frame| (k1, k2) != (0.0, 0.0) && folds(&frame.camera)) {
+        Some(NumberedCamera { number, camera }) => Err(Error::Configuration(format!(
             "--distortion {k1},{k2} folds the picture of frame {number} before its corners, which {}° across reach; take coefficients \
              nearer to 0, or a narrower --hfov",
             camera.pose.hfov

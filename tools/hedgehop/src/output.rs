@@ -19,6 +19,7 @@ use hedgehop::encode::y4m::{Chroma, Y4mWriter};
 use hedgehop::encode::{FrameInfo, FramePattern, FrameRate, Written, write_frame, write_picture};
 use hedgehop::geo::{Crs, Transform};
 use hedgehop::progress::Observer;
+use hedgehop::render::NumberedCamera;
 use hedgehop::space::Camera;
 use hedgehop::voxel::{Header, PageId};
 use hedgehop::{Error, Result, Size};
@@ -108,7 +109,7 @@ impl<'a> Files<'a> {
 
     /// Writes what made the frames beside them; `existing` are those whose files are whole, `damaged` the pages that coarser levels
     /// stood in for.
-    pub fn list(&self, existing: &[(u64, Camera)], flown: &Flown, damaged: &[(PageId, u64)]) -> Result<()> {
+    pub fn list(&self, existing: &[NumberedCamera], flown: &Flown, damaged: &[(PageId, u64)]) -> Result<()> {
         let Some(folder) = self.folder().filter(|_| self.are_listed() && !existing.is_empty()) else {
             return Ok(());
         };
@@ -143,12 +144,12 @@ impl<'a> Files<'a> {
         Ok(Manifest::new(WRITER, database, flight.transpose()?, self.origin.settings.clone()))
     }
 
-    fn records(&self, existing: &[(u64, Camera)]) -> Result<Vec<FrameRecord>> {
+    fn records(&self, existing: &[NumberedCamera]) -> Result<Vec<FrameRecord>> {
         let crs = reference::crs(self.origin.header)?;
         let degrees = if crs.is_local() { None } else { Some(Transform::new(&crs, &Crs::wgs84())?) };
         let written = self.written.lock().unwrap_or_else(PoisonError::into_inner);
 
-        let record = |&(number, ref camera): &(u64, Camera)| {
+        let record = |&NumberedCamera { number, ref camera }: &NumberedCamera| {
             let file = self.path(number);
             let written = match written.get(&number) {
                 Some(written) => written.clone(),

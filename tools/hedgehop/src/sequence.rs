@@ -20,7 +20,7 @@ use hedgehop::encode::FrameRate;
 use hedgehop::frame::{Frame, Picture};
 use hedgehop::memory::{Paging, ResidentPages};
 use hedgehop::progress::Observer;
-use hedgehop::render::{FlightPlan, LivePlan, Rays, Rendered, Renderer};
+use hedgehop::render::{FlightPlan, LivePlan, NumberedCamera, Rays, Rendered, Renderer};
 use hedgehop::space::Camera;
 use hedgehop::subimage::{Batch, Farm};
 use hedgehop::voxel::PageSource;
@@ -117,7 +117,7 @@ impl Sequence<'_> {
     /// Renders `cameras` in order and hands every frame to `sink`.
     pub fn fly(
         &self,
-        cameras: &[(u64, Camera)],
+        cameras: &[NumberedCamera],
         sink: &(dyn Fn(&Shot) -> Result<()> + Sync),
         observer: &dyn Observer,
     ) -> Flown {
@@ -156,19 +156,22 @@ impl Sequence<'_> {
     /// Renders all while what they need is brought into memory ahead of them.
     fn render_ahead(
         &self,
-        cameras: &[(u64, Camera)],
+        cameras: &[NumberedCamera],
         sender: Sender<Shot>,
         failed: &AtomicBool,
         rays: &mut Vec<(u64, Rays)>,
         observer: &dyn Observer,
     ) -> (Vec<(u64, Paging)>, Result<()>) {
-        let numbers = cameras.iter().map(|(number, _)| *number);
+        let numbers = cameras.iter().map(|frame| frame.number);
         // What is looked up ahead is what several rays a pixel see.
         let side = self.finishing.map_or(1, |finishing| finishing.finish.antialias);
         let enlarged: Vec<_> = cameras
             .iter()
             .filter(|_| side > 1)
-            .map(|(number, camera)| (*number, camera.enlarged(side)))
+            .map(|&NumberedCamera { number, ref camera }| NumberedCamera {
+                number,
+                camera: camera.enlarged(side),
+            })
             .collect();
         let foreseen = if side > 1 { &enlarged } else { cameras };
         let all = |flying: &Flying<'_>| self.render_all(cameras, flying, sender, failed, rays, observer);
@@ -179,12 +182,12 @@ impl Sequence<'_> {
                 let look = |farm: &Farm, frame: u32, camera: &Camera| {
                     plan.tell(
                         frame,
-                        rate.seconds_at(cameras[frame as usize].0),
-                        &foreseen[frame as usize].1,
+                        rate.seconds_at(cameras[frame as usize].number),
+                        &foreseen[frame as usize].camera,
                     )?;
                     self.look(
                         &self.renderer.over(&flight.begin(frame)),
-                        cameras[frame as usize].0,
+                        cameras[frame as usize].number,
                         camera,
                         farm,
                     )
@@ -199,7 +202,7 @@ impl Sequence<'_> {
             self.pages.ahead_of(cameras.len() as u32, &plan, |flight| {
                 let look = |farm: &Farm, frame: u32, camera: &Camera| {
                     flight.begin(frame);
-                    self.look(self.renderer, cameras[frame as usize].0, camera, farm)
+                    self.look(self.renderer, cameras[frame as usize].number, camera, farm)
                 };
                 let end = all(&Flying { look: &look, deliver: &|frame| flight.deliver(frame) });
                 (numbers.zip(flight.frames()).collect(), end)
@@ -279,7 +282,7 @@ impl Sequence<'_> {
 
     fn render_all(
         &self,
-        cameras: &[(u64, Camera)],
+        cameras: &[NumberedCamera],
         flying: &Flying<'_>,
         sender: Sender<Shot>,
         failed: &AtomicBool,
@@ -287,7 +290,7 @@ impl Sequence<'_> {
         observer: &dyn Observer,
     ) -> Result<()> {
         let frames: Vec<_> =
-            (0..).zip(cameras).map(|(frame, (number, camera))| (*number, (frame, camera))).collect();
+            (0..).zip(cameras).map(|(frame, seen)| (seen.number, (frame, &seen.camera))).collect();
         let batch = Batch { frames: &frames, in_flight: self.in_flight, observer };
         let render = |farm: &Farm, &(frame, camera): &(u32, &Camera)| (flying.look)(farm, frame, camera);
         let mut delivered = 0;

@@ -8,7 +8,7 @@ use plotters::prelude::*;
 
 use crate::args::check_no_input;
 use hedgehop::encode::atomic::{check_writable, write_bytes};
-use hedgehop::space::Camera;
+use hedgehop::render::NumberedCamera;
 use hedgehop::voxel::{Grid, Header, PageId};
 use hedgehop::{Error, Result};
 
@@ -33,7 +33,7 @@ pub struct Traffic<'a> {
     /// The database.
     pub header: &'a Header,
     /// The frames, in order.
-    pub cameras: &'a [(u64, Camera)],
+    pub cameras: &'a [NumberedCamera],
     /// Pages with the index of the first frame that needed them.
     pub first_use: &'a [(PageId, u32)],
 }
@@ -104,7 +104,7 @@ impl Traffic<'_> {
         let mut extent = [DVec2::INFINITY, DVec2::NEG_INFINITY];
         let mut include = |[low, high]: [DVec2; 2]| extent = [extent[0].min(low), extent[1].max(high)];
         self.pages(level).for_each(|(id, _)| include(grid.page_square(id)));
-        for (_, camera) in self.cameras {
+        for NumberedCamera { camera, .. } in self.cameras {
             include([camera.pose.eye.truncate(); 2]);
         }
 
@@ -137,7 +137,7 @@ impl Traffic<'_> {
             let [low, high] = grid.page_square(id);
             Rectangle::new([(low.x, low.y), (high.x, high.y)], colour(f64::from(frame) / last).filled())
         }))?;
-        let eyes = self.cameras.iter().map(|(_, camera)| (camera.pose.eye.x, camera.pose.eye.y));
+        let eyes = self.cameras.iter().map(|frame| (frame.camera.pose.eye.x, frame.camera.pose.eye.y));
         chart.draw_series(LineSeries::new(eyes, PATH.stroke_width(2)))?;
 
         Ok(())

@@ -17,7 +17,7 @@ use hedgehop::encode::{FrameRate, FrameSet};
 use hedgehop::flight::{Altitude, BindOptions, Fix, Horizontal, Track, Trajectory, read_track};
 use hedgehop::geo::Crs;
 use hedgehop::progress::{Observer, Silent};
-use hedgehop::render::RenderOptions;
+use hedgehop::render::{NumberedCamera, RenderOptions};
 use hedgehop::scene::Scene;
 use hedgehop::space::{Attitude, Camera, Pose};
 use hedgehop::sunlight::{Night, Sun, SunSetting};
@@ -226,7 +226,7 @@ impl FlightArgs {
         fps: FrameRate,
         choose: impl FnOnce(u64) -> Result<FrameSet>,
         observer: &dyn Observer,
-    ) -> Result<Vec<(u64, Camera)>> {
+    ) -> Result<Vec<NumberedCamera>> {
         self.flight(file, source, setup, fps, choose, observer).map(|(_, cameras)| cameras)
     }
 
@@ -239,7 +239,7 @@ impl FlightArgs {
         fps: FrameRate,
         choose: impl FnOnce(u64) -> Result<FrameSet>,
         observer: &dyn Observer,
-    ) -> Result<(Trajectory, Vec<(u64, Camera)>)> {
+    ) -> Result<(Trajectory, Vec<NumberedCamera>)> {
         let trajectory = self.bind(source, setup, observer)?;
         let count = trajectory.frame_count(fps.per_second());
         let frames = choose(count)?;
@@ -273,7 +273,10 @@ impl FlightArgs {
                 .for_each(|note| observer.note(note));
         }
 
-        let cameras = poses.into_iter().map(|(number, pose)| (number, setup.camera(pose))).collect();
+        let cameras = poses
+            .into_iter()
+            .map(|(number, pose)| NumberedCamera { number, camera: setup.camera(pose) })
+            .collect();
         Ok((trajectory, cameras))
     }
 

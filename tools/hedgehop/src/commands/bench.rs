@@ -40,7 +40,7 @@ use hedgehop::encode::{FrameInfo, FrameSet, encode_picture};
 use hedgehop::frame::Picture;
 use hedgehop::memory::{PageFile, ResidentPages};
 use hedgehop::progress::Observer;
-use hedgehop::render::{Engine, FlightPlan, RenderOptions, Renderer, StageTimes};
+use hedgehop::render::{Engine, FlightPlan, NumberedCamera, RenderOptions, Renderer, StageTimes};
 use hedgehop::scene::{Scene, Scenery};
 use hedgehop::space::Camera;
 use hedgehop::subimage::{Batch, DEFAULT_IN_FLIGHT, Farm, FrameWork, Trace};
@@ -51,7 +51,7 @@ use hedgehop::{Error, Result, Size};
 struct Job<'a> {
     pages: &'a ResidentPages,
     renderer: Renderer<'a, ResidentPages>,
-    cameras: &'a [(u64, Camera)],
+    cameras: &'a [NumberedCamera],
     playing: Option<Playing>,
     reporter: &'a Reporter,
 }
@@ -139,7 +139,7 @@ fn measure(
     source: &ResidentPages,
     shares: Option<Shares>,
     size: Size,
-    cameras: &[(u64, Camera)],
+    cameras: &[NumberedCamera],
     reporter: &Reporter,
 ) -> Result<BenchReport> {
     let mut crews = crews(args)?;
@@ -198,7 +198,7 @@ fn measure(
         area: args.area.display().to_string(),
         content_hash: source.header().content_hash.to_string(),
         size: [size.width, size.height],
-        frames: cameras.iter().map(|(number, _)| *number).collect(),
+        frames: cameras.iter().map(|frame| frame.number).collect(),
         repeats: args.repeats,
         identical_frames,
         results,
@@ -219,7 +219,7 @@ impl Job<'_> {
 
     /// Counts the frames that `engine` renders.
     fn frames_by(&self, engine: Engine) -> Result<usize> {
-        let by = |(_, camera): &(u64, Camera)| self.renderer.engine_for(camera);
+        let by = |frame: &NumberedCamera| self.renderer.engine_for(&frame.camera);
         self.cameras.iter().map(by).try_fold(0, |count, by| Ok(count + usize::from(by? == engine)))
     }
 
@@ -231,7 +231,7 @@ impl Job<'_> {
         mut look: impl FnMut(u64, Timed) -> Result<()>,
     ) -> Result<()> {
         let frames: Vec<_> =
-            (0..).zip(self.cameras).map(|(frame, (number, camera))| (*number, (frame, camera))).collect();
+            (0..).zip(self.cameras).map(|(frame, seen)| (seen.number, (frame, &seen.camera))).collect();
         let batch = Batch { frames: &frames, in_flight, observer: self.reporter };
         let plan = FlightPlan::new(&self.renderer, farm, self.cameras).of_pictures();
 
@@ -239,7 +239,7 @@ impl Job<'_> {
             let mut delivered = 0;
             let render = |farm: &Farm, &(frame, camera): &(u32, &Camera)| {
                 flight.begin(frame);
-                let number = self.cameras[frame as usize].0;
+                let number = self.cameras[frame as usize].number;
                 let (scenery, renderer) = (self.scenery(number), self.at(number));
                 Timed::render(|| renderer.picture_with(camera, &scenery, farm))
             };
@@ -268,7 +268,7 @@ impl Job<'_> {
         // One frame after the other, so that rendering does not slow the encoder.
         let mut cameras = self.cameras.iter();
         self.fly(&most.farm, 1, |number, Timed { picture, .. }| {
-            let Some((_, camera)) = cameras.next() else { return Ok(()) };
+            let Some(NumberedCamera { camera, .. }) = cameras.next() else { return Ok(()) };
             encoding += encode(&picture, camera, number)?;
             reference.push(blake3::hash(&picture.rgb));
             match dump_ranges {

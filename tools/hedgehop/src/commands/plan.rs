@@ -18,8 +18,7 @@ use crate::traffic::{self, Traffic};
 use crate::view::{FlightArgs, LookArgs};
 use hedgehop::encode::{FrameRate, FrameSet};
 use hedgehop::memory::{LOOKAHEAD, PageFile, PagePlan};
-use hedgehop::render::{Engine, FlightPlan, RenderOptions, Renderer};
-use hedgehop::space::Camera;
+use hedgehop::render::{Engine, FlightPlan, NumberedCamera, RenderOptions, Renderer};
 use hedgehop::subimage::Farm;
 use hedgehop::voxel::{Grid, PageId, PageSource};
 use hedgehop::{Error, Result};
@@ -176,8 +175,10 @@ pub fn run(args: &PlanArgs, interrupt: &Interrupt) -> Outcome {
 
     let cameras: Vec<_> = cameras
         .into_iter()
-        .map(|(number, camera)| {
-            (number, if finish.antialias > 1 { camera.enlarged(finish.antialias) } else { camera })
+        .map(|NumberedCamera { number, camera }| {
+            let is_enlarged = finish.antialias > 1;
+            let camera = if is_enlarged { camera.enlarged(finish.antialias) } else { camera };
+            NumberedCamera { number, camera }
         })
         .collect();
     let options = args.flight.world.apply(file.header(), args.look.options(scene.as_ref(), file.header())?);
@@ -223,13 +224,13 @@ struct Planned {
 
 fn planned(
     file: &PageFile,
-    cameras: &[(u64, Camera)],
+    cameras: &[NumberedCamera],
     options: &RenderOptions,
     reporter: &Reporter,
 ) -> Result<Planned> {
     let renderer = Renderer::new(file, options);
     let mut by_reference = 0;
-    for (_, camera) in cameras {
+    for NumberedCamera { camera, .. } in cameras {
         by_reference += u64::from(renderer.engine_for(camera)? == Engine::Reference);
     }
     if by_reference == cameras.len() as u64 {
@@ -248,7 +249,7 @@ fn planned(
 fn report(
     args: &PlanArgs,
     file: &PageFile,
-    cameras: &[(u64, Camera)],
+    cameras: &[NumberedCamera],
     Planned { plan, by_reference }: &Planned,
     frames: Frames,
 ) -> Result<PlanReport> {
@@ -291,14 +292,13 @@ fn report(
     report.obstacles = report.obstacles();
     if args.json {
         let frames = cameras.iter().zip(&plan.frames);
-        report.by_frame =
-            frames.map(|((frame, _), needs)| ByFrame { frame: *frame, needs: *needs }).collect();
+        report.by_frame = frames.map(|(seen, needs)| ByFrame { frame: seen.number, needs: *needs }).collect();
     }
 
     Ok(report)
 }
 
-fn levels(file: &PageFile, cameras: &[(u64, Camera)], needed: &[(PageId, u32)]) -> Vec<LevelNeeds> {
+fn levels(file: &PageFile, cameras: &[NumberedCamera], needed: &[(PageId, u32)]) -> Vec<LevelNeeds> {
     let header = file.header();
     let grid = &header.grid;
     let stored = area::shares(header, file.directory());
@@ -307,7 +307,7 @@ fn levels(file: &PageFile, cameras: &[(u64, Camera)], needed: &[(PageId, u32)]) 
         let own: Vec<_> = needed.iter().filter(|(id, _)| id.level == level).collect();
         let squares = || own.iter().map(|(id, _)| grid.page_square(*id));
         let reach = squares().map(|[low, high]| {
-            let eyes = cameras.iter().map(|(_, camera)| camera.pose.eye.truncate());
+            let eyes = cameras.iter().map(|frame| frame.camera.pose.eye.truncate());
             // To the corner that is farthest.
             let farthest = eyes.map(|eye| (eye - low).abs().max((high - eye).abs()).length());
             farthest.fold(f64::INFINITY, f64::min)

@@ -33,9 +33,8 @@ use hedgehop::encode::video::{check_video, encode_video};
 use hedgehop::encode::{FrameSet, Target, sidecar};
 use hedgehop::memory::{PageFile, Paging, ResidentPages};
 use hedgehop::progress::Observer;
-use hedgehop::render::{RenderOptions, Renderer};
+use hedgehop::render::{NumberedCamera, RenderOptions, Renderer};
 use hedgehop::scene::Scene;
-use hedgehop::space::Camera;
 use hedgehop::subimage::Farm;
 use hedgehop::voxel::{PageId, PageSource};
 use hedgehop::{Error, Result, Size};
@@ -169,14 +168,14 @@ pub fn fly(args: &RenderArgs, file: PageFile, reporter: &Reporter) -> Result<Don
         renderer = renderer.with_memory(shares.derived as usize);
     }
 
-    notes::left_to_reference(&renderer, &options, (&cameras, finish.antialias), reporter)?;
+    notes::left_to_reference(&renderer, &options, &cameras, finish.antialias, reporter)?;
     // Heights of a path above ground were read before.
     let before = source.paging();
     args.memory.preload(source, shares, reporter)?;
 
     // Pages that are loaded before take no frame's time.
     let begun = Instant::now();
-    let numbers = cameras.iter().map(|(number, _)| *number);
+    let numbers = cameras.iter().map(|frame| frame.number);
     let motion = args.aov.has(Aov::Motion);
     let partners =
         motion.then(|| args.flight.partners(source.file(), &setup, args.fps, numbers)).transpose()?;
@@ -229,7 +228,7 @@ pub fn fly(args: &RenderArgs, file: PageFile, reporter: &Reporter) -> Result<Don
         };
 
         let files = Files::new(origin, &args.output);
-        let paths: Vec<_> = cameras.iter().map(|(number, _)| files.path(*number)).collect();
+        let paths: Vec<_> = cameras.iter().map(|frame| files.path(frame.number)).collect();
         check_frames(args, scene, &paths)?;
         let is_listed = replacing::check(args, &files, &cameras, reporter)?;
 
@@ -338,15 +337,15 @@ fn fly_files(
     args: &RenderArgs,
     sequence: &Sequence<'_>,
     (files, is_listed): (&Files<'_>, bool),
-    cameras: &[(u64, Camera)],
+    cameras: &[NumberedCamera],
     reporter: &Reporter,
 ) -> Result<(usize, Fineness)> {
     let is_kept =
-        |(number, camera): &(u64, Camera)| args.skip_existing && files.is_whole(*number, camera, reporter);
+        |frame: &NumberedCamera| args.skip_existing && files.is_whole(frame.number, &frame.camera, reporter);
     let (mut whole, wanted): (Vec<_>, Vec<_>) = cameras.iter().cloned().partition(is_kept);
     let flown = sequence.fly(&wanted, &|shot| files.write(shot), reporter);
-    whole.extend(wanted.into_iter().filter(|(number, _)| flown.finished.contains(number)));
-    whole.sort_unstable_by_key(|(number, _)| *number);
+    whole.extend(wanted.into_iter().filter(|frame| flown.finished.contains(&frame.number)));
+    whole.sort_unstable_by_key(|frame| frame.number);
     let damaged = sequence.pages.file().damaged();
     let listed = if is_listed { files.list(&whole, &flown, &damaged) } else { Ok(()) };
     // What ended the flight explains more than what then happened to the list.
@@ -360,7 +359,7 @@ fn fly_stream(
     args: &RenderArgs,
     size: Size,
     sequence: &Sequence<'_>,
-    cameras: &[(u64, Camera)],
+    cameras: &[NumberedCamera],
     reporter: &Reporter,
 ) -> Result<(usize, Fineness)> {
     if args.output.is_standard_output() {

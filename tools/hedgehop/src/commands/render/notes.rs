@@ -9,8 +9,7 @@ use crate::sequence::Fineness;
 use hedgehop::Result;
 use hedgehop::memory::ResidentPages;
 use hedgehop::progress::Observer;
-use hedgehop::render::{Engine, RenderOptions, Renderer, Unserved};
-use hedgehop::space::Camera;
+use hedgehop::render::{Engine, NumberedCamera, RenderOptions, Renderer, Unserved};
 use hedgehop::sunlight::Sun;
 use hedgehop::voxel::Header;
 
@@ -66,14 +65,15 @@ pub fn other_sun(area: &Path, header: &Header, sun: Sun) -> Option<String> {
 pub fn left_to_reference(
     renderer: &Renderer<'_, ResidentPages>,
     options: &RenderOptions,
-    (cameras, antialias): (&[(u64, Camera)], u32),
+    cameras: &[NumberedCamera],
+    antialias: u32,
     reporter: &Reporter,
 ) -> Result<()> {
     if options.engine == Engine::Reference {
         return Ok(());
     }
     let mut counts: BTreeMap<Unserved, usize> = BTreeMap::new();
-    for (_, camera) in cameras {
+    for NumberedCamera { camera, .. } in cameras {
         if let Some(why) = renderer.unserved(&camera.enlarged(antialias))? {
             *counts.entry(why).or_default() += 1;
         }

@@ -17,7 +17,7 @@ use crate::view::ranges;
 use hedgehop::encode::check::Existing;
 use hedgehop::encode::sidecar::{FrameRecord, Manifest};
 use hedgehop::progress::Observer;
-use hedgehop::space::Camera;
+use hedgehop::render::NumberedCamera;
 use hedgehop::{Error, Result};
 
 /// Frames that are there already, as a manifest lists them.
@@ -48,7 +48,7 @@ impl Earlier {
 pub fn check(
     args: &RenderArgs,
     files: &Files<'_>,
-    cameras: &[(u64, Camera)],
+    cameras: &[NumberedCamera],
     observer: &dyn Observer,
 ) -> Result<bool> {
     let Some(folder) = files.folder() else { return Ok(true) };
@@ -60,7 +60,7 @@ pub fn check(
         // A picture of its own has no entry, and may be given anew, but not in the place of a frame.
         let is_taken = |frame: &FrameRecord| {
             let name = frame.file.as_ref().map(|name| folder.join(name));
-            cameras.iter().any(|(number, _)| name.as_ref() == Some(&files.path(*number)))
+            cameras.iter().any(|frame| name.as_ref() == Some(&files.path(frame.number)))
         };
         let taken = earlier.iter().flat_map(|earlier| &earlier.frames).find(|frame| is_taken(frame));
         return match taken.and_then(|frame| frame.file.as_ref()).filter(|_| !args.overwrite) {
@@ -69,7 +69,7 @@ pub fn check(
         };
     }
 
-    let wanted: BTreeSet<u64> = cameras.iter().map(|(number, _)| *number).collect();
+    let wanted: BTreeSet<u64> = cameras.iter().map(|frame| frame.number).collect();
     let mut known: BTreeSet<u64> = BTreeSet::new();
     let mut is_listed = true;
     match &earlier {
@@ -103,9 +103,11 @@ pub fn check(
         return Ok(is_listed);
     }
 
-    for (number, camera) in cameras.iter().filter(|(number, _)| !known.contains(number)) {
-        if let Existing::Different(what) = files.state(*number, camera) {
-            return Err(refused(&format!("{} is of another render: {what}", files.path(*number).display())));
+    for &NumberedCamera { number, ref camera } in
+        cameras.iter().filter(|frame| !known.contains(&frame.number))
+    {
+        if let Existing::Different(what) = files.state(number, camera) {
+            return Err(refused(&format!("{} is of another render: {what}", files.path(number).display())));
         }
     }
 
