@@ -248,8 +248,8 @@ impl Definition {
 
     /// Degrees on the same datum, from Greenwich, as [`proj4rs`] computes them.
     pub(super) fn own_degrees(&self) -> Result<Proj, String> {
-        let words = self.0.iter().filter(|(key, _)| GEODETIC.contains(&key.as_str())).map(word);
-        let words: Vec<String> = words.collect();
+        let words = self.0.iter().filter(|(key, _)| GEODETIC.contains(&key.as_str()));
+        let words: Vec<String> = words.map(|(key, value)| word(key, value.as_deref())).collect();
         Self::parse(&format!("+proj=longlat {}", words.join(" ")))?.load()
     }
 
@@ -307,12 +307,12 @@ impl Definition {
 
 impl fmt::Display for Definition {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let words: Vec<String> = self.0.iter().map(word).collect();
+        let words: Vec<String> = self.0.iter().map(|(key, value)| word(key, value.as_deref())).collect();
         formatter.write_str(&words.join(" "))
     }
 }
 
-fn word((key, value): &(String, Option<String>)) -> String {
+fn word(key: &str, value: Option<&str>) -> String {
     match value {
         Some(value) => format!("+{key}={value}"),
         None => format!("+{key}"),

@@ -73,14 +73,14 @@ impl Side {
     }
 
     /// The system as it is computed at a place of its own, in its units or radians.
-    fn at_own(&self, place: (f64, f64, f64)) -> &Proj {
-        self.shifting.as_ref().map_or(&self.proj, |shifting| &shifting.projs[self.index_at(shifting, place)])
+    fn at_own(&self, x: f64, y: f64) -> &Proj {
+        self.shifting.as_ref().map_or(&self.proj, |shifting| &shifting.projs[self.index_at(shifting, x, y)])
     }
 
     /// The index of the shift at such a place.
-    fn index_at(&self, shifting: &Shifting, (x, y, _): (f64, f64, f64)) -> usize {
+    fn index_at(&self, shifting: &Shifting, x: f64, y: f64) -> usize {
         if self.degrees {
-            return shifting.at((x + self.meridian, y, 0.0));
+            return shifting.at(x + self.meridian, y);
         }
         let holds = |&[west, south, east, north]: &[f64; 4]| {
             (west..=east).contains(&x) && (south..=north).contains(&y)
@@ -89,11 +89,11 @@ impl Side {
     }
 
     /// The system as it is computed at a place of another system.
-    fn at_other(&self, from: &Proj, wgs84: &Proj, point: (f64, f64, f64)) -> &Proj {
+    fn at_other(&self, from: &Proj, wgs84: &Proj, x: f64, y: f64) -> &Proj {
         let Some(shifting) = &self.shifting else { return &self.proj };
-        let mut place = point;
+        let mut place = (x, y, 0.0);
         match proj4rs::transform::transform(from, wgs84, &mut place) {
-            Ok(()) => &shifting.projs[shifting.at(place)],
+            Ok(()) => &shifting.projs[shifting.at(place.0, place.1)],
             Err(_) => &self.proj,
         }
     }
@@ -128,7 +128,7 @@ impl Shifting {
     }
 
     /// The index of the shift at a place in radians.
-    fn at(&self, (longitude, latitude, _): (f64, f64, f64)) -> usize {
+    fn at(&self, longitude: f64, latitude: f64) -> usize {
         let (longitude, latitude) = (longitude.to_degrees(), latitude.to_degrees());
         self.shifts.choose(|index| contains(self.shifts.list()[index].area, longitude, latitude))
     }
@@ -137,8 +137,8 @@ impl Shifting {
 impl Crs {
     /// A sentence about how well places within bounds (west, south, east, north in its own coordinates) are known, where that is worth one.
     pub fn doubt(&self, [west, south, east, north]: [f64; 4]) -> Option<String> {
-        let middle = (west.midpoint(east), south.midpoint(north));
-        let places = [middle, (west, south), (east, south), (west, north), (east, north)];
+        let middle = [west.midpoint(east), south.midpoint(north)];
+        let places = [middle, [west, south], [east, south], [west, north], [east, north]];
         if !is_beyond_shifts(self, &places) {
             return self.doubt.clone();
         }
@@ -151,12 +151,12 @@ impl Crs {
 }
 
 /// Whether the datum of a system has shifts to WGS 84, but none is known at one of some places in the system's own coordinates.
-fn is_beyond_shifts(crs: &Crs, places: &[(f64, f64)]) -> bool {
+fn is_beyond_shifts(crs: &Crs, places: &[[f64; 2]]) -> bool {
     let Ok(side) = Side::new(crs) else { return false };
     let Some(shifting) = &side.shifting else { return false };
-    let is_unknown = |&(x, y): &(f64, f64)| {
-        let place = if side.degrees { (x.to_radians(), y.to_radians(), 0.0) } else { (x, y, 0.0) };
-        shifting.shifts.list()[side.index_at(shifting, place)].is_unknown()
+    let is_unknown = |place: &[f64; 2]| {
+        let [x, y] = if side.degrees { place.map(f64::to_radians) } else { *place };
+        shifting.shifts.list()[side.index_at(shifting, x, y)].is_unknown()
     };
     places.iter().any(is_unknown)
 }
@@ -218,13 +218,10 @@ impl Transform {
         }
 
         let Some(systems) = &self.systems else { return Some((x, y)) };
+        let (x, y) = if systems.from.degrees { (x.to_radians(), on_earth(y)?.to_radians()) } else { (x, y) };
+        let from = systems.from.at_own(x, y);
+        let to = systems.to.at_other(from, &systems.wgs84, x, y);
         let mut point = (x, y, 0.0);
-        if systems.from.degrees {
-            point = (x.to_radians(), on_earth(y)?.to_radians(), 0.0);
-        }
-
-        let from = systems.from.at_own(point);
-        let to = systems.to.at_other(from, &systems.wgs84, point);
         proj4rs::transform::transform(from, to, &mut point).ok()?;
         let (mut x, mut y, _) = point;
 
@@ -239,9 +236,9 @@ impl Transform {
     }
 
     /// Transforms many positions in place; one that has none in the target becomes NaN, NaN.
-    pub fn apply_many(&self, points: &mut [(f64, f64)]) {
+    pub fn apply_many(&self, points: &mut [[f64; 2]]) {
         for point in points {
-            *point = self.apply(point.0, point.1).unwrap_or((f64::NAN, f64::NAN));
+            *point = self.apply(point[0], point[1]).map_or([f64::NAN; 2], Into::into);
         }
     }
 

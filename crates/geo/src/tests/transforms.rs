@@ -119,9 +119,9 @@ fn what_is_nowhere_is_none() {
     }
     assert_eq!(mercator.apply(10.0, 90.0), None);
     assert_eq!(back.apply(1e9, 1e9), None);
-    let mut points = [(15.0, 47.0), (15.0, 91.0), (f64::NAN, 1.0)];
+    let mut points = [[15.0, 47.0], [15.0, 91.0], [f64::NAN, 1.0]];
     utm.apply_many(&mut points);
-    assert_eq!(points.map(|(x, y)| x.is_finite() && y.is_finite()), [true, false, false]);
+    assert_eq!(points.map(|[x, y]| x.is_finite() && y.is_finite()), [true, false, false]);
 }
 
 #[test]

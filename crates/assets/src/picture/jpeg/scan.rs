@@ -109,7 +109,7 @@ pub fn walk(frame: &mut Frame, scan: &Scan, tables: &Tables, coded: &Coded<'_>) 
 
         for unit in from..of.min(from + interval) {
             let (column, row) = (unit % across, unit / across);
-            walk.unit(frame, &codings, (column, row)).map_err(|stop| broken(unit, stop))?;
+            walk.unit(frame, &codings, column, row).map_err(|stop| broken(unit, stop))?;
         }
 
         // Zeros at the end of a file are what was never written of it.
@@ -125,13 +125,19 @@ pub fn walk(frame: &mut Frame, scan: &Scan, tables: &Tables, coded: &Coded<'_>) 
 
 impl Walk<'_> {
     /// All blocks of a unit.
-    fn unit(&mut self, frame: &mut Frame, codings: &[Coding<'_>], at: (usize, usize)) -> Result<(), Stop> {
+    fn unit(
+        &mut self,
+        frame: &mut Frame,
+        codings: &[Coding<'_>],
+        column: usize,
+        row: usize,
+    ) -> Result<(), Stop> {
         let is_interleaved = codings.len() > 1;
         for (index, (part, coding)) in self.scan.parts.iter().zip(codings).enumerate() {
             let component = &mut frame.components[part.component];
             let (across, down) = if is_interleaved { component.sampling } else { (1, 1) };
             for (right, below) in (0..down).flat_map(|below| (0..across).map(move |right| (right, below))) {
-                let place = (at.1 * down + below) * component.stride + at.0 * across + right;
+                let place = (row * down + below) * component.stride + column * across + right;
                 if frame.is_progressive {
                     let nonzero = component.nonzero.get_mut(place).ok_or(Stop::Ended)?;
                     self.progressive(coding, index, nonzero)?;
