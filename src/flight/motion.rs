@@ -45,6 +45,15 @@ struct Hold {
     to: f64,
 }
 
+/// Speed over ground at a time.
+#[derive(Debug, Clone, Copy)]
+struct SpeedSample {
+    /// Seconds.
+    time: f64,
+    /// Metres per second.
+    speed: f64,
+}
+
 /// The smoothed motion along a spline.
 #[derive(Debug, Clone)]
 pub(super) struct Motion {
@@ -91,10 +100,10 @@ impl Motion {
     pub fn along(spline: &Spline, times: &[f64], interval: f64) -> Self {
         let sigma = (2.0 * interval).clamp(SIGMA_RANGE.0, SIGMA_RANGE.1);
         let mut motion = Self { sigma, standstill: 0.0, holds: Vec::new(), moves: false };
-        let speeds: Vec<(f64, f64)> = scan_times(times, sigma)
-            .map(|time| (time, motion.smoothed(spline, time).ground_speed()))
+        let speeds: Vec<SpeedSample> = scan_times(times, sigma)
+            .map(|time| SpeedSample { time, speed: motion.smoothed(spline, time).ground_speed() })
             .collect();
-        let top = speeds.iter().fold(0.0_f64, |top, &(_, speed)| top.max(speed));
+        let top = speeds.iter().fold(0.0_f64, |top, sample| top.max(sample.speed));
         motion.moves = top > 0.0;
         motion.standstill = STANDSTILL.min(0.1 * top);
         motion.holds = motion.find_holds(spline, &speeds);
@@ -146,28 +155,28 @@ impl Motion {
         }
     }
 
-    fn find_holds(&self, spline: &Spline, speeds: &[(f64, f64)]) -> Vec<Hold> {
+    fn find_holds(&self, spline: &Spline, speeds: &[SpeedSample]) -> Vec<Hold> {
         let mut holds = Vec::new();
         let heading = |time: f64| self.smoothed(spline, time).direction();
-        let moving = |&(_, speed): &(f64, f64)| speed > 0.0 && speed >= self.standstill;
+        let moving = |speed: f64| speed > 0.0 && speed >= self.standstill;
         let mut before: Option<f64> = None; // last time in motion
         let mut still = false;
 
-        for sample in speeds {
-            if !moving(sample) {
+        for &SpeedSample { time, speed } in speeds {
+            if !moving(speed) {
                 still = true;
                 continue;
             }
 
             if still {
-                let to = heading(sample.0);
+                let to = heading(time);
                 let from = before.map_or(to, heading);
                 let start = before.unwrap_or(f64::NEG_INFINITY);
-                holds.push(Hold { start, end: sample.0, from, to });
+                holds.push(Hold { start, end: time, from, to });
                 still = false;
             }
 
-            before = Some(sample.0);
+            before = Some(time);
         }
 
         if let (true, Some(last)) = (still, before) {

@@ -20,13 +20,24 @@ pub(super) struct Spline {
     tangents: Vec<DVec3>,
 }
 
+/// Straight line from one fix to the next.
+#[derive(Debug, Clone, Copy)]
+struct Chord {
+    /// Seconds between the two.
+    step: f64,
+    /// Metres per second.
+    slope: DVec3,
+}
+
 impl Spline {
     /// `times` strictly increase and are as many as `points`; at least one.
     pub fn through(times: Vec<f64>, points: Vec<DVec3>) -> Self {
-        let steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        let chords: Vec<DVec3> =
-            points.windows(2).zip(&steps).map(|(pair, &step)| (pair[1] - pair[0]) / step).collect();
-        let tangents = (0..points.len()).map(|index| tangent(index, &steps, &chords)).collect();
+        let chord = |end: usize| {
+            let step = times[end] - times[end - 1];
+            Chord { step, slope: (points[end] - points[end - 1]) / step }
+        };
+        let chords: Vec<Chord> = (1..points.len()).map(chord).collect();
+        let tangents = (0..points.len()).map(|index| tangent(index, &chords)).collect();
         Self { times, points, tangents }
     }
 
@@ -65,27 +76,25 @@ impl Spline {
     }
 }
 
-fn tangent(index: usize, steps: &[f64], chords: &[DVec3]) -> DVec3 {
-    match (index.checked_sub(1).map(|before| (steps[before], chords[before])), steps.get(index)) {
+fn tangent(index: usize, chords: &[Chord]) -> DVec3 {
+    match (index.checked_sub(1).map(|before| chords[before]), chords.get(index).copied()) {
         (None, None) => DVec3::ZERO,
-        (None, Some(&step)) => end_tangent((step, chords[0]), steps.get(1).map(|&next| (next, chords[1]))),
-        (Some(before), None) => {
-            end_tangent(before, index.checked_sub(2).map(|earlier| (steps[earlier], chords[earlier])))
-        }
-        (Some((step_before, before)), Some(&step_after)) => {
-            let after = chords[index];
-            let weight = step_before / (step_before + step_after);
-            let parabola = before.truncate().lerp(after.truncate(), weight);
-            bounded(parabola, before.truncate(), after.truncate())
-                .extend(harmonic_slope((step_before, before.z), (step_after, after.z)))
+        (None, Some(first)) => end_tangent(first, chords.get(1).copied()),
+        (Some(last), None) => end_tangent(last, index.checked_sub(2).map(|inner| chords[inner])),
+        (Some(before), Some(after)) => {
+            let weight = before.step / (before.step + after.step);
+            let parabola = before.slope.truncate().lerp(after.slope.truncate(), weight);
+            bounded(parabola, before.slope.truncate(), after.slope.truncate())
+                .extend(harmonic_slope(before, after))
         }
     }
 }
 
 /// At an end: the parabola through the three last fixes, or the chord if there are but two.
-fn end_tangent((step, chord): (f64, DVec3), inner: Option<(f64, DVec3)>) -> DVec3 {
-    let Some((inner_step, inner_chord)) = inner else { return chord };
-    let parabola = chord + (chord - inner_chord) * (step / (step + inner_step));
+fn end_tangent(outer: Chord, inner: Option<Chord>) -> DVec3 {
+    let Chord { step, slope: chord } = outer;
+    let Some(inner) = inner else { return chord };
+    let parabola = chord + (chord - inner.slope) * (step / (step + inner.step));
     let climb = if parabola.z * chord.z <= 0.0 { 0.0 } else { parabola.z.abs().min(3.0 * chord.z.abs()) };
     bounded(parabola.truncate(), chord.truncate(), chord.truncate()).extend(climb.copysign(chord.z))
 }
@@ -94,13 +103,15 @@ fn bounded(tangent: DVec2, before: DVec2, after: DVec2) -> DVec2 {
     tangent.clamp_length_max(3.0 * before.length().min(after.length()))
 }
 
-fn harmonic_slope((step_before, before): (f64, f64), (step_after, after): (f64, f64)) -> f64 {
-    if before * after <= 0.0 {
+/// Returns the weighted harmonic mean of the vertical slopes of two chords, 0 at an extremum.
+fn harmonic_slope(before: Chord, after: Chord) -> f64 {
+    let [slope_before, slope_after] = [before.slope.z, after.slope.z];
+    if slope_before * slope_after <= 0.0 {
         return 0.0;
     }
-    let weight_before = 2.0 * step_after + step_before;
-    let weight_after = 2.0 * step_before + step_after;
-    (weight_before + weight_after) / (weight_before / before + weight_after / after)
+    let weight_before = 2.0 * after.step + before.step;
+    let weight_after = 2.0 * before.step + after.step;
+    (weight_before + weight_after) / (weight_before / slope_before + weight_after / slope_after)
 }
 
 #[cfg(test)]

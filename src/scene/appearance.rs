@@ -37,6 +37,15 @@ pub(super) struct NodeAppearance {
     pub above: Option<usize>,
 }
 
+/// Nodes of the model of a coarser level of detail.
+#[derive(Debug)]
+struct CoarserSplit {
+    /// The model, cut into its nodes.
+    cut: Arc<NodeSplit>,
+    /// Size on the screen below which the level is shown, pixels.
+    below: f64,
+}
+
 /// Reads what a table's shape or model looks like; `whose` says what that is of, and `span` is that of its table.
 pub(super) fn appearance(
     reading: &Reading<'_>,
@@ -132,10 +141,10 @@ fn model(
         return Err(reading.wrong(span, format!("an object has at most {MOST_LEVELS} levels")));
     }
 
-    let mut coarser: Vec<(Arc<NodeSplit>, f64)> = Vec::new();
+    let mut coarser: Vec<CoarserSplit> = Vec::new();
     for level in &table.levels {
         let level = level.get_ref();
-        let before = coarser.last().map_or(f64::INFINITY, |(_, below)| *below);
+        let before = coarser.last().map_or(f64::INFINITY, |coarser| coarser.below);
         let below = reading.number(
             "below_px",
             &level.below_px,
@@ -148,7 +157,7 @@ fn model(
         for (node, _) in nodes.iter_mut().zip(&cut.nodes).filter(|(_, found)| found.is_err()) {
             *node = None;
         }
-        coarser.push((cut, below));
+        coarser.push(CoarserSplit { cut, below });
     }
 
     notes.dedup();
@@ -159,7 +168,7 @@ fn model(
         rest: rests[index],
         above,
     });
-    let levels = coarser.iter().map(|(cut, below)| Level { mesh: cut.rest.clone(), below: *below });
+    let levels = coarser.iter().map(|level| Level { mesh: level.cut.rest.clone(), below: level.below });
     let rest = Model::new(finest.rest.clone(), levels);
     let form = Arc::new(if rests.is_empty() { rest } else { rest.seen_with(size) }).into();
 
@@ -167,18 +176,18 @@ fn model(
 }
 
 /// Diameter of the sphere around the box of all levels, nodes at rest included, metres.
-fn whole_size(finest: &NodeSplit, coarser: &[(Arc<NodeSplit>, f64)]) -> f64 {
-    let all = coarser.iter().map(|(cut, _)| cut.corners);
+fn whole_size(finest: &NodeSplit, coarser: &[CoarserSplit]) -> f64 {
+    let all = coarser.iter().map(|level| level.cut.corners);
     let [low, high] = all.fold(finest.corners, |[low, high], [least, most]| [low.min(least), high.max(most)]);
     (high - low).length()
 }
 
 /// The node of that number, of a model of `size` metres: it is seen down to the first level that has no such node, which shows it at rest.
-fn node_model(index: usize, finest: &NodeSplit, coarser: &[(Arc<NodeSplit>, f64)], size: f64) -> Model {
+fn node_model(index: usize, finest: &NodeSplit, coarser: &[CoarserSplit], size: f64) -> Model {
     let mesh = |cut: &NodeSplit| cut.nodes[index].as_ref().ok().map(|node| node.mesh.clone());
-    let own = coarser.iter().map_while(|(cut, below)| Some(Level { mesh: mesh(cut)?, below: *below }));
-    let first_without = coarser.iter().find(|(cut, _)| mesh(cut).is_none());
-    let hidden = first_without.map_or(0.0, |(_, below)| *below);
+    let own = coarser.iter().map_while(|level| Some(Level { mesh: mesh(&level.cut)?, below: level.below }));
+    let first_without = coarser.iter().find(|level| mesh(&level.cut).is_none());
+    let hidden = first_without.map_or(0.0, |level| level.below);
     // A node that is not in the finest level has been refused.
     let finest = mesh(finest).unwrap_or_else(|| finest.rest.clone());
     Model::new(finest, own).hidden_below(hidden).seen_with(size)

@@ -24,10 +24,19 @@ struct Event {
     args: Value,
 }
 
-/// The runs, each with its name, as one JSON object.
-pub fn chrome_trace(runs: &[(String, &Trace)]) -> Value {
+/// Trace of a run, and how the run is called.
+#[derive(Debug, Clone)]
+pub struct NamedTrace<'t> {
+    /// Name of the run.
+    pub name: String,
+    /// When its tasks ran.
+    pub trace: &'t Trace,
+}
+
+/// Draws runs as one JSON object.
+pub fn chrome_trace(runs: &[NamedTrace<'_>]) -> Value {
     let mut events = Vec::new();
-    for (pid, (name, trace)) in (1..).zip(runs) {
+    for (pid, NamedTrace { name, trace }) in (1..).zip(runs) {
         let frames = trace.frames();
         let drivers = frames.iter().map(|frame| frame.driver + 1).max().unwrap_or(0);
         events.push(named("process_name", pid, 0, name.clone()));
@@ -106,7 +115,8 @@ mod tests {
         farm.fly(&Batch { frames: &frames, in_flight: 2, observer: &Silent }, render, |_, ()| Ok(()))
             .unwrap();
 
-        let text = chrome_trace(&[("three workers".into(), &trace), ("again".into(), &trace)]).to_string();
+        let runs = ["three workers", "again"].map(|name| NamedTrace { name: name.into(), trace: &trace });
+        let text = chrome_trace(&runs).to_string();
         let read: Value = serde_json::from_str(&text).unwrap();
         let events = read["traceEvents"].as_array().unwrap();
         let of = |phase: &str, pid: u64| -> Vec<&Value> {

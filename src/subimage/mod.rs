@@ -23,7 +23,7 @@ mod task;
 mod trace;
 
 #[doc(hidden)]
-pub use chrome::chrome_trace;
+pub use chrome::{NamedTrace, chrome_trace};
 pub use farm::Farm;
 #[doc(hidden)]
 pub use overlap::{Batch, DEFAULT_IN_FLIGHT};

@@ -57,16 +57,17 @@ impl FrameWork {
     pub fn least(passes: impl IntoIterator<Item = Vec<Self>>) -> Vec<Self> {
         passes
             .into_iter()
-            .reduce(|least, pass| least.into_iter().zip(pass).map(Self::lesser).collect())
+            .reduce(|least, pass| least.into_iter().zip(pass).map(|(a, b)| a.lesser(b)).collect())
             .unwrap_or_default()
     }
 
-    fn lesser((mut a, b): (Self, Self)) -> Self {
-        a.serial = a.serial.min(b.serial);
-        for (a, b) in a.stages.iter_mut().flatten().zip(b.stages.into_iter().flatten()) {
-            *a = b.min(*a);
+    /// Takes the shorter time of each part.
+    fn lesser(mut self, other: Self) -> Self {
+        self.serial = self.serial.min(other.serial);
+        for (own, other) in self.stages.iter_mut().flatten().zip(other.stages.into_iter().flatten()) {
+            *own = other.min(*own);
         }
-        a
+        self
     }
 }
 

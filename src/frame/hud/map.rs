@@ -81,7 +81,8 @@ impl MiniMap {
         canvas: &mut Canvas<'_>,
         corner: DVec2,
         height: f64,
-        (own, heading): (DVec2, f64),
+        own: DVec2,
+        heading: f64,
         ink: Ink,
     ) {
         let scale = height / self.extent.max_element();

@@ -122,8 +122,8 @@ pub fn draw(picture: &mut Picture, camera: &Camera, hud: &Hud, readings: &Readin
     }
 
     if let Some(map) = map.filter(|_| hud.map) {
-        let own = (readings.place, readings.heading);
-        map.draw(&mut canvas, size - margin, 0.3 * size.min_element(), own, INK);
+        let &Readings { place, heading, .. } = readings;
+        map.draw(&mut canvas, size - margin, 0.3 * size.min_element(), place, heading, INK);
     }
 }
 

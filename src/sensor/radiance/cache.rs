@@ -130,7 +130,8 @@ impl Radiance {
     fn image(
         &self,
         source: &dyn PageSource,
-        (id, key): (PageId, Key),
+        id: PageId,
+        key: Key,
         make: impl FnOnce() -> Result<Option<Image>>,
     ) -> Result<Option<Image>> {
         if source.has(id) { self.images.get(key, make) } else { make() }
@@ -140,10 +141,10 @@ impl Radiance {
         let bake = || {
             let shade = self.shade(source, id)?;
             let lamp = PageLight::new(&self.sensor).with_shade(shade.as_deref());
-            let page = RadiancePage::bake(source, (id, PostPart::ALL), &lamp, &Facing::down(0), Isa::best())?;
+            let page = RadiancePage::bake(source, id, PostPart::ALL, &lamp, &Facing::down(0), Isa::best())?;
             Ok(page.map(|page| Image::Page(Arc::new(page))))
         };
-        match self.image(source, (id, Key::Page(id)), bake)? {
+        match self.image(source, id, Key::Page(id), bake)? {
             Some(Image::Page(page)) => Ok(Some(page)),
             _ => Ok(None),
         }
@@ -164,11 +165,10 @@ impl Radiance {
             let part = PostPart::lines(strip.filter.facing.major, strip.first(), strip.posts());
             let shade = self.shade(source, strip.page)?;
             let lamp = PageLight::new(&self.sensor).with_shade(shade.as_deref());
-            let lines =
-                LineImage::bake(source, (strip.page, part), &lamp, strip.filter, (scratch, Isa::best()))?;
+            let lines = LineImage::bake(source, strip.page, part, &lamp, strip.filter, scratch, Isa::best())?;
             Ok(lines.map(|lines| Image::Lines(Arc::new(lines))))
         };
-        match self.image(source, (strip.page, Key::Lines(strip)), filter_lines)? {
+        match self.image(source, strip.page, Key::Lines(strip), filter_lines)? {
             Some(Image::Lines(lines)) => Ok(Some(lines)),
             _ => Ok(None),
         }

@@ -47,10 +47,12 @@ impl LineImage {
     /// A page that is damaged.
     pub fn bake(
         source: &dyn PageSource,
-        (id, part): (PageId, PostPart),
+        id: PageId,
+        part: PostPart,
         lamp: &PageLight<'_>,
         filter: LineFilter,
-        (scratch, isa): (&mut FilterScratch, Isa),
+        scratch: &mut FilterScratch,
+        isa: Isa,
     ) -> Result<Option<Self>> {
         let FilterScratch { window, sums, image } = scratch;
         let finish = LineFiltering { filter, sums, image };

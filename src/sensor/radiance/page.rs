@@ -26,7 +26,8 @@ impl RadiancePage {
     /// A page that is damaged.
     pub fn bake(
         source: &dyn PageSource,
-        (id, part): (PageId, PostPart),
+        id: PageId,
+        part: PostPart,
         lamp: &PageLight<'_>,
         facing: &Facing,
         isa: Isa,

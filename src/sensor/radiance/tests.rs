@@ -96,7 +96,8 @@ fn bake_facing(
 ) -> Option<RadiancePage> {
     RadiancePage::bake(
         source,
-        (PageId { level, px, py }, PostPart::ALL),
+        PageId { level, px, py },
+        PostPart::ALL,
         &PageLight::new(&sensor()),
         facing,
         Isa::best(),
@@ -304,8 +305,7 @@ fn every_instruction_set_bakes_the_same_bits() {
         let id = PageId { level, px: 0, py: 0 };
         let facing = Facing { major: 1, forward: false, incline: 0 };
         let baked = |isa| {
-            RadiancePage::bake(&source, (id, PostPart::ALL), &PageLight::new(&sensor()), &facing, isa)
-                .unwrap()
+            RadiancePage::bake(&source, id, PostPart::ALL, &PageLight::new(&sensor()), &facing, isa).unwrap()
         };
         for isa in Isa::available() {
             assert!(baked(isa) == baked(Isa::PORTABLE), "level {level}, {isa}");
@@ -461,17 +461,18 @@ fn a_coarser_line_stands_in_for_an_absent_one() {
 #[test]
 fn every_instruction_set_weaves_the_same_bits() {
     let source = rough(300, 270, 7);
-    let strip = |level| (PageId { level, px: 0, py: 0 }, PostPart::lines(level, 32, 32));
     for (level, shift, span) in [(0, 0, 1), (0, 2, 4), (1, 1, 2), (1, 2, 1), (0, 1, 1)] {
         let facing = Facing { major: level, forward: shift == 1, incline: span / 2 };
         let filter = LineFilter { facing, shift, span };
         let bake = |isa| {
             LineImage::bake(
                 &source,
-                strip(level),
+                PageId { level, px: 0, py: 0 },
+                PostPart::lines(level, 32, 32),
                 &PageLight::new(&sensor()),
                 filter,
-                (&mut FilterScratch::default(), isa),
+                &mut FilterScratch::default(),
+                isa,
             )
             .unwrap()
         };

@@ -9,7 +9,7 @@ use crate::commands::bench::flags::BenchArgs;
 use hedgehop::Result;
 use hedgehop::memory::Paging;
 use hedgehop::render::StageTimes;
-use hedgehop::subimage::{Farm, Trace, chrome_trace};
+use hedgehop::subimage::{Farm, NamedTrace, Trace, chrome_trace};
 
 /// One timed pass over all frames.
 pub(super) struct Pass {
@@ -52,8 +52,7 @@ pub(super) fn last_passes(crews: &[Crew]) -> serde_json::Value {
         |crew: &Crew| format!("workers: {}, frames in flight: {}", crew.farm.workers(), crew.in_flight);
     let runs: Vec<_> = crews
         .iter()
-        .filter_map(|crew| Some((name(crew), crew.passes.last()?)))
-        .map(|(name, pass)| (name, &*pass.trace))
+        .filter_map(|crew| Some(NamedTrace { name: name(crew), trace: &crew.passes.last()?.trace }))
         .collect();
     chrome_trace(&runs)
 }
