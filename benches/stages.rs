@@ -29,7 +29,7 @@ fn camera(area: &MemPages, pitch: f64) -> Camera {
     let header = area.header();
     let near = header.grid.origin;
     let side = header.grid.far_corner() - near;
-    let eye = dvec3(near.x + 0.5 * side.x, near.y + 0.1 * side.y, header.height_range.1 + 100.0);
+    let eye = dvec3(near.x + 0.5 * side.x, near.y + 0.1 * side.y, header.height_range.high + 100.0);
     Camera::new(Pose { eye, attitude: Attitude { yaw: 0.0, pitch, roll: 0.0 }, hfov: 60.0 }, WIDTH, HEIGHT)
 }
 

@@ -10,7 +10,7 @@ use std::path::PathBuf;
 
 use hedgehop::memory::PageFile;
 use hedgehop::raymarch::{GridRay, LevelBands, Marcher, Surface, ground_height};
-use hedgehop::voxel::PageSource;
+use hedgehop::voxel::{HeightRange, PageSource};
 
 const POINTS: u32 = 24;
 /// Height of a mast at each end, metres.
@@ -20,7 +20,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let database = std::env::args_os().nth(1).map_or("hedgehop-demo/valley.hop".into(), PathBuf::from);
     let area = PageFile::open(&database)?;
     let header = area.header();
-    let (low, high) = header.height_range;
+    let HeightRange { low, high } = header.height_range;
 
     // From west to east through the middle of the area, a tenth away from its edges.
     let (near, far) = (header.grid.origin, header.grid.far_corner());

@@ -17,6 +17,7 @@ use std::path::Path;
 use crate::encode::refusal::PictureRefusal;
 use crate::encode::{FrameInfo, Target, exr, png};
 use crate::space::Camera;
+use hedgehop_base::Size;
 
 /// State of a frame's file.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -44,13 +45,13 @@ pub fn existing(path: &Path, camera: &Camera, info: &FrameInfo) -> Existing {
         Err(error) => return Existing::Broken(format!("it cannot be read: {error}")),
     };
 
-    match entries(path, &bytes, Some((camera.width, camera.height))) {
+    match entries(path, &bytes, Some(Size { width: camera.width, height: camera.height })) {
         Ok(found) => match info.difference(camera, &found) {
             Some(what) => Existing::Different(what),
             None => Existing::Whole,
         },
         Err(PictureRefusal::Broken(what)) => Existing::Broken(what),
-        Err(PictureRefusal::Size((width, height))) => {
+        Err(PictureRefusal::Size(Size { width, height })) => {
             let what = format!("it is {width}×{height} pixels, not {}×{}", camera.width, camera.height);
             Existing::Different(what)
         }
@@ -71,7 +72,7 @@ pub fn digest_of_whole(path: &Path) -> Result<String, String> {
 fn entries(
     path: &Path,
     bytes: &[u8],
-    wanted: Option<(u32, u32)>,
+    wanted: Option<Size>,
 ) -> Result<BTreeMap<String, String>, PictureRefusal> {
     match Target::of(path) {
         Ok(Target::Png) => png::decode(bytes, wanted).map(|(_, entries)| entries),

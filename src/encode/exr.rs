@@ -40,6 +40,7 @@ use crate::encode::info::{CAMERA_CONVENTIONS, Value};
 use crate::encode::refusal::PictureRefusal;
 use crate::frame::{Frame, Matte};
 use crate::space::{Camera, Ray, Screen};
+use hedgehop_base::Size;
 use hedgehop_base::colour::linear_from_srgb8;
 use hedgehop_base::error::{Error, Result};
 
@@ -174,7 +175,8 @@ fn attributes(frame: &Frame, info: &FrameInfo, channels: &Channels) -> LayerAttr
     let camera = &frame.camera;
     let mut attributes = LayerAttributes::default();
     let mut entries = info.entries(camera);
-    entries.push((DIGEST, Value::Text(digest(&texts(&entries), channels))));
+    let texts = entries.iter().map(|(name, value)| ((*name).to_owned(), value.to_string())).collect();
+    entries.push((DIGEST, Value::Text(digest(&texts, channels))));
     let motion = frame.aov.motion.as_ref().map_or("", |_| MOTION_CONVENTIONS);
     let conventions = format!("{CAMERA_CONVENTIONS}; {CHANNEL_CONVENTIONS}{motion}");
     entries.push(("hedgehop.conventions", Value::Text(conventions)));
@@ -223,10 +225,6 @@ fn camera_from_world(camera: &Camera) -> [f32; 16] {
     }
     matrix[15] = 1.0;
     matrix
-}
-
-fn texts(entries: &[(&'static str, Value)]) -> BTreeMap<String, String> {
-    entries.iter().map(|(name, value)| ((*name).to_owned(), value.to_string())).collect()
 }
 
 /// BLAKE3 of the entries and of every channel's name, type and samples (little-endian).
@@ -315,8 +313,8 @@ impl Decoded {
 }
 
 /// Decodes a whole EXR and compares its digest. `size` is the only one that is accepted, if given.
-pub(super) fn decode(bytes: &[u8], size: Option<(u32, u32)>) -> Result<Decoded, PictureRefusal> {
-    let (width, height) = check_header(bytes, size)?;
+pub(super) fn decode(bytes: &[u8], size: Option<Size>) -> Result<Decoded, PictureRefusal> {
+    let Size { width, height } = check_header(bytes, size)?;
     let image = read()
         .no_deep_data()
         .largest_resolution_level()
@@ -342,7 +340,7 @@ pub(super) fn decode(bytes: &[u8], size: Option<(u32, u32)>) -> Result<Decoded, 
 }
 
 /// Validates what decides how much memory decoding takes, and returns the size.
-pub(super) fn check_header(bytes: &[u8], size: Option<(u32, u32)>) -> Result<(u32, u32), PictureRefusal> {
+pub(super) fn check_header(bytes: &[u8], size: Option<Size>) -> Result<Size, PictureRefusal> {
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), true).map_err(|error| error.to_string())?;
     let [header] = meta.headers.as_slice() else { return Err("it has more than one part".to_owned().into()) };
     if header.deep {
@@ -352,11 +350,12 @@ pub(super) fn check_header(bytes: &[u8], size: Option<(u32, u32)>) -> Result<(u3
     let (Ok(width), Ok(height)) = (u32::try_from(width), u32::try_from(height)) else {
         return Err("it is too large".to_owned().into());
     };
-    PictureRefusal::other_size((width, height), size)?;
+    let found = Size { width, height };
+    PictureRefusal::other_size(found, size)?;
     if header.channels.bytes_per_pixel > PIXEL_BYTES {
         return Err(format!("it has {} bytes per pixel", header.channels.bytes_per_pixel).into());
     }
-    Ok((width, height))
+    Ok(found)
 }
 
 /// The entries that [`attributes`] put there, conventions left out.
@@ -497,8 +496,8 @@ mod tests {
     #[test]
     fn colour_is_found_again() {
         let frame = testing::frame(8, 8);
-        let colour = decode(&encoded(&frame), Some((8, 8))).unwrap().colour().unwrap();
+        let colour = decode(&encoded(&frame), Some(Size { width: 8, height: 8 })).unwrap().colour().unwrap();
         assert!((colour[20][1] - frame.colour[20][1]).abs() < 1e-3);
-        assert!(decode(&encoded(&frame), Some((8, 9))).is_err());
+        assert!(decode(&encoded(&frame), Some(Size { width: 8, height: 9 })).is_err());
     }
 }

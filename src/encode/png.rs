@@ -15,6 +15,7 @@ use crate::encode::info::CAMERA_CONVENTIONS;
 use crate::encode::refusal::PictureRefusal;
 use crate::frame::Picture;
 use crate::space::Camera;
+use hedgehop_base::Size;
 use hedgehop_base::error::{Error, Result};
 
 /// Most bytes that a decoder may take for anything but the picture (text chunks above all).
@@ -58,7 +59,7 @@ fn encode_rgb(rgb: &[u8], camera: &Camera, info: &FrameInfo) -> Result<Vec<u8>, 
 /// Also returns the text entries.
 pub(super) fn decode(
     bytes: &[u8],
-    size: Option<(u32, u32)>,
+    size: Option<Size>,
 ) -> Result<(Picture, BTreeMap<String, String>), PictureRefusal> {
     let mut options = ::png::DecodeOptions::default();
     options.set_ignore_adler32(false);
@@ -68,7 +69,7 @@ pub(super) fn decode(
     decoder.set_transformations(::png::Transformations::IDENTITY);
     let header = decoder.read_header_info().map_err(|error| error.to_string())?;
     let (width, height) = (header.width, header.height);
-    PictureRefusal::other_size((width, height), size)?;
+    PictureRefusal::other_size(Size { width, height }, size)?;
     if header.color_type != ::png::ColorType::Rgb || header.bit_depth != ::png::BitDepth::Eight {
         return Err("it is not 8-bit RGB".to_owned().into());
     }
@@ -98,7 +99,7 @@ mod tests {
     fn pixels_and_entries_come_back() {
         let (frame, info) = (testing::frame(33, 21), testing::info());
         let bytes = encode_frame(Path::new("a.png"), &frame, &info).unwrap();
-        let (picture, entries) = decode(&bytes, Some((33, 21))).unwrap();
+        let (picture, entries) = decode(&bytes, Some(Size { width: 33, height: 21 })).unwrap();
         assert_eq!(picture.rgb, srgb8_picture(&frame.colour));
         assert_eq!(entries["Software"], "hedgehop 0.1.0");
         assert_eq!(entries["hedgehop.database_file"], "Küste.hop");

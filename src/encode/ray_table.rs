@@ -14,6 +14,7 @@ use ::exr::prelude::{
 use crate::encode::refusal::PictureRefusal;
 use crate::encode::{Written, atomic, exr, read_regular};
 use crate::space::RayTable;
+use hedgehop_base::Size;
 use hedgehop_base::error::{Error, Result};
 
 /// Names that the channels may have.
@@ -32,7 +33,7 @@ pub fn read_ray_table(path: &Path) -> Result<RayTable> {
     let no_table = |refusal: PictureRefusal| {
         Error::invalid(path, format!("this is no EXR with a table of rays: {refusal}; write it again"))
     };
-    let (width, height) = exr::check_header(&bytes, None).map_err(no_table)?;
+    let Size { width, height } = exr::check_header(&bytes, None).map_err(no_table)?;
     if width.max(height) > MOST_PIXELS_A_SIDE {
         let what = format!(
             "a table of {width}×{height} rays is too large; make it at most {MOST_PIXELS_A_SIDE} a side, it is \

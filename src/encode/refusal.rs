@@ -1,17 +1,19 @@
 //! Reasons why a file is not the picture that was looked for.
 
+use hedgehop_base::Size;
+
 /// Why a file is not the picture that was looked for.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum PictureRefusal {
     /// The file is damaged, or no picture of ours.
     Broken(String),
     /// A sound picture of another size.
-    Size((u32, u32)),
+    Size(Size),
 }
 
 impl PictureRefusal {
     /// Refuses a `size` that is not the `wanted` one, if one is wanted. Called before anything is allocated.
-    pub(super) fn other_size(size: (u32, u32), wanted: Option<(u32, u32)>) -> Result<(), Self> {
+    pub(super) fn other_size(size: Size, wanted: Option<Size>) -> Result<(), Self> {
         if wanted.is_some_and(|wanted| wanted != size) { Err(Self::Size(size)) } else { Ok(()) }
     }
 }
@@ -26,7 +28,7 @@ impl std::fmt::Display for PictureRefusal {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Broken(what) => f.write_str(what),
-            Self::Size((width, height)) => write!(f, "it is {width}×{height} pixels"),
+            Self::Size(Size { width, height }) => write!(f, "it is {width}×{height} pixels"),
         }
     }
 }

@@ -21,6 +21,7 @@ use std::thread::JoinHandle;
 
 use crate::encode::{FrameRate, atomic, read_picture};
 use crate::frame::Picture;
+use hedgehop_base::Size;
 use hedgehop_base::error::{Error, Result};
 use hedgehop_base::progress::Observer;
 
@@ -76,7 +77,8 @@ fn encode_with(
 
     let picture = read_picture(first)?;
     note_choices(encoder, &picture, out, observer);
-    let mut pipe = Pipe::start(program, encoder, (picture.width, picture.height), rate, out)?;
+    let size = Size { width: picture.width, height: picture.height };
+    let mut pipe = Pipe::start(program, encoder, size, rate, out)?;
     observer.begin("video", total, "frames");
 
     for path in frames {
@@ -163,7 +165,7 @@ struct Pipe {
     complaints: JoinHandle<String>,
     temporary: tempfile::NamedTempFile,
     out: PathBuf,
-    size: (u32, u32),
+    size: Size,
 }
 
 /// Ends the process when dropped; one that has ended already is left alone.
@@ -177,22 +179,17 @@ impl Drop for ProcessEnd {
 }
 
 impl Pipe {
-    fn start(
-        program: &OsStr,
-        encoder: &Encoder,
-        size: (u32, u32),
-        rate: FrameRate,
-        out: &Path,
-    ) -> Result<Self> {
-        if size.0 < 2 || size.1 < 2 {
-            let what = format!("a video of {}×{} pixels", size.0, size.1);
+    fn start(program: &OsStr, encoder: &Encoder, size: Size, rate: FrameRate, out: &Path) -> Result<Self> {
+        let Size { width, height } = size;
+        if width < 2 || height < 2 {
+            let what = format!("a video of {width}×{height} pixels");
             return Err(Error::unsupported(out, what, "render frames of at least 2×2 (--size)"));
         }
 
         let temporary = atomic::temporary_for(out)?;
         let mut command = Command::new(program);
         command.args(["-hide_banner", "-loglevel", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgb24"]);
-        command.args(["-s", &format!("{}x{}", size.0, size.1)]);
+        command.args(["-s", &format!("{width}x{height}")]);
         command.args(["-r", &format!("{}/{}", rate.numerator(), rate.denominator()), "-i", "-", "-an"]);
         command.args(["-vf", FILTER, "-c:v", encoder.name]).args(encoder.options).args(TAGS);
 
@@ -214,10 +211,11 @@ impl Pipe {
     }
 
     fn push(&mut self, path: &Path, picture: Picture) -> Result<()> {
-        if (picture.width, picture.height) != self.size {
+        let Size { width, height } = self.size;
+        if (picture.width, picture.height) != (width, height) {
             let what = format!(
-                "{}×{} pixels, but the video began with {}×{}; render all frames with one --size",
-                picture.width, picture.height, self.size.0, self.size.1
+                "{}×{} pixels, but the video began with {width}×{height}; render all frames with one --size",
+                picture.width, picture.height
             );
             return Err(Error::invalid(path, what));
         }

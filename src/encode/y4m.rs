@@ -18,6 +18,7 @@ use std::path::Path;
 
 use crate::encode::FrameRate;
 use crate::frame::Picture;
+use hedgehop_base::Size;
 use hedgehop_base::error::{Error, Result};
 
 /// Number of pixels that share a chroma sample.
@@ -46,9 +47,9 @@ impl<W: Write> std::fmt::Debug for Y4mWriter<W> {
 }
 
 impl<W: Write> Y4mWriter<W> {
-    /// Writes the stream's header. `width` and `height` ≥ 1, in pixels.
-    pub fn new(writer: W, size: (u32, u32), rate: FrameRate, chroma: Chroma) -> io::Result<Self> {
-        let (width, height) = (size.0 as usize, size.1 as usize);
+    /// Writes the stream's header; pictures of `size` pixels, at least 1 a side.
+    pub fn new(writer: W, size: Size, rate: FrameRate, chroma: Chroma) -> io::Result<Self> {
+        let (width, height) = (size.width as usize, size.height as usize);
         if width == 0 || height == 0 || width.checked_mul(height).is_none_or(|pixels| pixels > usize::MAX / 4)
         {
             let what = format!("a picture of {width}×{height} pixels");
@@ -169,7 +170,7 @@ fn plain(error: y4m::Error) -> io::Error {
 mod tests {
     use crate::encode::y4m::*;
 
-    fn stream(size: (u32, u32), rate: &str, chroma: Chroma, frames: &[Vec<u8>]) -> Vec<u8> {
+    fn stream(size: Size, rate: &str, chroma: Chroma, frames: &[Vec<u8>]) -> Vec<u8> {
         let mut bytes = Vec::new();
         let mut writer = Y4mWriter::new(&mut bytes, size, rate.parse().unwrap(), chroma).unwrap();
         for frame in frames {
@@ -189,7 +190,7 @@ mod tests {
 
     #[test]
     fn the_header_says_size_exact_rate_range_and_sampling() {
-        let bytes = stream((3, 2), "23.976", Chroma::Shared, &[]);
+        let bytes = stream(Size { width: 3, height: 2 }, "23.976", Chroma::Shared, &[]);
         assert_eq!(
             String::from_utf8(bytes).unwrap(),
             "YUV4MPEG2 W3 H2 F24000:1001 XCOLORRANGE=LIMITED C420jpeg\n"
@@ -208,7 +209,9 @@ mod tests {
             ([255, 255, 0], [219, 16, 138]),
             ([128, 128, 128], [126, 128, 128]),
         ] {
-            let [frame] = &planes(&stream((1, 1), "25", Chroma::Full, &[pixel.to_vec()]))[..] else {
+            let [frame] =
+                &planes(&stream(Size { width: 1, height: 1 }, "25", Chroma::Full, &[pixel.to_vec()]))[..]
+            else {
                 panic!("one frame");
             };
             assert_eq!(frame.concat(), expected, "{pixel:?}");
@@ -239,7 +242,7 @@ mod tests {
         // Red and green, blue and green; below, grey and a red.
         let frame = vec![255, 0, 0, 0, 255, 0, 0, 0, 255, 0, 255, 0, 9, 9, 9, 200, 9, 9];
         let both = vec![frame.clone(), frame];
-        let frames = planes(&stream((2, 3), "25", Chroma::Shared, &both));
+        let frames = planes(&stream(Size { width: 2, height: 3 }, "25", Chroma::Shared, &both));
         assert_eq!(frames.len(), 2);
         assert_eq!(frames[0], frames[1]);
         let [luma, cb, cr] = &frames[0];
@@ -249,7 +252,7 @@ mod tests {
             assert!((f64::from(cb[block]) - exact_cb).abs() <= 0.5, "{} {exact_cb}", cb[block]);
             assert!((f64::from(cr[block]) - exact_cr).abs() <= 0.5, "{} {exact_cr}", cr[block]);
         }
-        let narrow = planes(&stream((1, 1), "25", Chroma::Shared, &[vec![255, 0, 0]]));
+        let narrow = planes(&stream(Size { width: 1, height: 1 }, "25", Chroma::Shared, &[vec![255, 0, 0]]));
         assert_eq!(narrow[0].concat(), [63, 102, 240]);
     }
 
@@ -257,9 +260,10 @@ mod tests {
     fn frames_of_another_size_and_full_disks_are_errors() {
         let mut bytes = Vec::new();
         let rate = "25".parse().unwrap();
-        let mut writer = Y4mWriter::new(&mut bytes, (4, 4), rate, Chroma::Full).unwrap();
+        let mut writer =
+            Y4mWriter::new(&mut bytes, Size { width: 4, height: 4 }, rate, Chroma::Full).unwrap();
         assert!(writer.write(&[0; 47]).is_err());
-        assert!(Y4mWriter::new(Vec::new(), (0, 4), rate, Chroma::Full).is_err());
+        assert!(Y4mWriter::new(Vec::new(), Size { width: 0, height: 4 }, rate, Chroma::Full).is_err());
         let path = Path::new("0001.png");
         let other = Picture { width: 2, height: 8, rgb: vec![0; 48] };
         assert!(writer.write_picture(path, &other).unwrap_err().to_string().contains("--size"));
@@ -269,7 +273,8 @@ mod tests {
     #[test]
     fn a_full_disk_is_one_sentence() {
         let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
-        let error = Y4mWriter::new(full, (4, 4), "25".parse().unwrap(), Chroma::Full).unwrap_err();
+        let error = Y4mWriter::new(full, Size { width: 4, height: 4 }, "25".parse().unwrap(), Chroma::Full)
+            .unwrap_err();
         let message = crate::encode::atomic::write_error(Path::new("flight.y4m"), error).to_string();
         assert!(message.contains("flight.y4m") && message.contains("free some space"), "{message}");
     }

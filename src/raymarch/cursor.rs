@@ -83,12 +83,13 @@ impl<'a> CursorSlot<'a> {
 impl<V> LatestPage<V> {
     const NONE: Self = Self { first: [-1, -1], size: [0, 0], view: None };
 
-    /// The page that holds voxel `cell`, clamped into a level of `dims` voxels, and the voxel's column and row in it; `find` finds
-    /// another page than the last.
+    /// Returns the page that holds voxel `cell`, clamped into level index `level` of `dims` voxels (eastward, northward), and the
+    /// voxel's column and row in it; `find` finds another page than the last.
     #[inline]
     fn at(
         &mut self,
-        (level, dims): (u8, [i64; 2]),
+        level: u8,
+        dims: [i64; 2],
         cell: [i64; 2],
         find: impl FnOnce(PageId) -> Result<Option<V>>,
     ) -> Result<(Option<&V>, [i64; 2])> {
@@ -97,14 +98,15 @@ impl<V> LatestPage<V> {
         if [0, 1].iter().all(|&axis| (0..self.size[axis]).contains(&place[axis])) {
             return Ok((self.view.as_ref(), place));
         }
-        self.turn_to((level, dims), cell, find)?;
+        self.turn_to(level, dims, cell, find)?;
         Ok((self.view.as_ref(), within(self)))
     }
 
     #[cold]
     fn turn_to(
         &mut self,
-        (level, dims): (u8, [i64; 2]),
+        level: u8,
+        dims: [i64; 2],
         cell: [i64; 2],
         find: impl FnOnce(PageId) -> Result<Option<V>>,
     ) -> Result<()> {
@@ -173,7 +175,7 @@ impl<'a, S: PageSource> PageCursor<'a, S> {
     fn posts(&mut self, level: u8, cell: [i64; 2]) -> Result<Option<(PageView<'a>, ApronPlace)>> {
         let CursorSlot { dims, posts, .. } = &mut self.slots[usize::from(level)];
         let (view, [x, y]) =
-            posts.at((level, *dims), cell, |id| self.source.page(sheet(self.source, self.bare, id)))?;
+            posts.at(level, *dims, cell, |id| self.source.page(sheet(self.source, self.bare, id)))?;
         Ok(view.map(|view| (*view, ApronPlace { width: view.width, x, y })))
     }
 
@@ -182,7 +184,7 @@ impl<'a, S: PageSource> PageCursor<'a, S> {
     fn heights(&mut self, level: u8, cell: [i64; 2]) -> Result<Option<ApronSamples<'a, u16>>> {
         let CursorSlot { dims, heights, .. } = &mut self.slots[usize::from(level)];
         let (view, [x, y]) =
-            heights.at((level, *dims), cell, |id| self.source.heights(sheet(self.source, self.bare, id)))?;
+            heights.at(level, *dims, cell, |id| self.source.heights(sheet(self.source, self.bare, id)))?;
         Ok(view.map(|view| (view.heights, ApronPlace { width: view.width, x, y })))
     }
 
@@ -220,7 +222,7 @@ impl<'a, S: PageSource> PageCursor<'a, S> {
     fn stored_bound(&mut self, level: u8, cell: [i64; 2]) -> Result<f64> {
         let heights = self.heights;
         let CursorSlot { dims, bounds, .. } = &mut self.slots[usize::from(level)];
-        let (view, [x, y]) = bounds.at((level, *dims), cell, |id| self.source.bounds(id))?;
+        let (view, [x, y]) = bounds.at(level, *dims, cell, |id| self.source.bounds(id))?;
         let Some(view) = view else { return Ok(f64::INFINITY) };
         let code = view.high[y as usize * view.width as usize + x as usize];
         Ok(heights.decode(code).unwrap_or(f64::NEG_INFINITY))

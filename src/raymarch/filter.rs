@@ -60,13 +60,22 @@ struct LevelBlend {
     share: f64,
 }
 
+/// Taps in a row along the footprint of a pixel on the surface.
+#[derive(Clone, Copy)]
+struct FootprintTaps {
+    /// The footprint from end to end, units.
+    along: DVec2,
+    /// Number of taps, whole and at least 1.
+    count: f64,
+}
+
 /// End of a ray, and the sunlight there.
 struct LitContact {
     blend: LevelBlend,
     /// Place, units.
     units: DVec2,
     /// See [`SurfaceFilter::along`].
-    footprint: (DVec2, f64),
+    footprint: FootprintTaps,
     normal: DVec3,
     sun: f32,
 }
@@ -238,23 +247,24 @@ impl<'a, S: PageSource> SurfaceFilter<'a, S> {
 
     /// The footprint of `width` metres (across the ray) along a ray that changes by `slope` (units, units, metres) per metre of range, units, and
     /// how many taps it takes.
-    fn along(&self, slope: DVec3, width: f64, normal: DVec3) -> (DVec2, f64) {
+    fn along(&self, slope: DVec3, width: f64, normal: DVec3) -> FootprintTaps {
         let direction = slope * DVec3::new(self.grid.spacing, self.grid.spacing, 1.0);
         let grazing = normal.dot(direction).abs().max(1.0 / MOST_TAPS);
         let along = direction.truncate().normalize_or_zero() * (width / grazing / self.grid.spacing);
-        (along, (1.0 / grazing).ceil())
+        FootprintTaps { along, count: (1.0 / grazing).ceil() }
     }
 
     /// Mean over a footprint around a position in units.
     fn mean<T>(
         &mut self,
         units: DVec2,
-        (along, taps): (DVec2, f64),
+        footprint: FootprintTaps,
         value: impl Fn(&mut Self, DVec2) -> Result<T>,
     ) -> Result<T>
     where
         T: Default + std::ops::Add<Output = T> + std::ops::Div<f32, Output = T>,
     {
+        let FootprintTaps { along, count: taps } = footprint;
         let mut sum = T::default();
         for tap in 0..taps as u32 {
             let offset = (f64::from(tap) + 0.5) / taps - 0.5;

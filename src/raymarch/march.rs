@@ -112,7 +112,7 @@ impl<'a, S: PageSource> Marcher<'a, S> {
             surface,
             size: DVec2::new(f64::from(header.grid.nx), f64::from(header.grid.ny)),
             // Codes are rounded, by half a step at most.
-            ceiling: header.height_range.1 + header.heights.scale,
+            ceiling: header.height_range.high + header.heights.scale,
             coarsest,
             curvature: Curvature::FLAT,
             far: f64::INFINITY,

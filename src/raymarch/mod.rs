@@ -63,4 +63,4 @@ pub use solid::{Face, SolidHit, Solids};
 pub use surface::endless_ground_height;
 pub use surface::{Surface, ground_height};
 #[doc(hidden)]
-pub use walk::{CellStep, CellWalk, Extent, Lattice};
+pub use walk::{CellRect, CellStep, CellWalk, Extent, Lattice};

@@ -16,7 +16,7 @@
 use glam::{DVec2, DVec3};
 
 use super::blocks::{Blocks, corner_on_page};
-use super::{CellStep, CellWalk, GridRay, Lattice, PageCursor};
+use super::{CellRect, CellStep, CellWalk, GridRay, Lattice, PageCursor};
 use crate::voxel::{BLOCK_SIDE, BlockSpans, Cut, HeightCode, PageSource, Span};
 use hedgehop_base::error::Result;
 
@@ -234,7 +234,7 @@ impl Measure {
 
     /// A ray's way through the voxel of a step.
     fn passage(&self, ray: &GridRay, step: &CellStep) -> Passage {
-        let (corner, extent) = self.lattice.place(step);
+        let CellRect { corner, extent } = self.lattice.place(step);
         let centre = corner + 0.5 * extent;
         let ranges = [step.enter, step.leave];
         let (at, heights) =

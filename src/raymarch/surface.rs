@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::{CellStep, GridRay, PageCursor};
+use super::{CellRect, CellStep, GridRay, PageCursor};
 use crate::voxel::PageSource;
 use hedgehop_base::error::Result;
 
@@ -40,14 +40,9 @@ impl Patch {
     /// Range at which a ray first is on or under the patch within a step through its cell, metres.
     ///
     /// Along a ray u and v are linear in range, and z is quadratic, so the ray's height above the patch is a
-    /// quadratic: its first root is exact, and no root between two borders can be missed. `place` is the
-    /// cell's south-west corner and extent, units.
-    pub fn first_contact(
-        &self,
-        ray: &GridRay,
-        step: &CellStep,
-        (corner, extent): (DVec2, DVec2),
-    ) -> Option<f64> {
+    /// quadratic: its first root is exact, and no root between two borders can be missed.
+    pub fn first_contact(&self, ray: &GridRay, step: &CellStep, cell: CellRect) -> Option<f64> {
+        let CellRect { corner, extent } = cell;
         let enter = ray.at(step.enter);
         let at = (enter.truncate() - corner) / extent;
         let (u, v) = (at.x, at.y);
@@ -78,16 +73,15 @@ fn first_root(a: f64, b: f64, c: f64) -> Option<f64> {
     root.is_finite().then_some(root)
 }
 
-/// Range and face normal where a ray first is on or in a column of height `top` metres. `place` is the column's
-/// south-west corner and extent, units.
+/// Range and face normal where a ray first is on or in a column of height `top` metres that stands on `cell`.
 pub(super) fn block_contact(
     ray: &GridRay,
     step: &CellStep,
     top: f64,
-    place: (DVec2, DVec2),
+    cell: CellRect,
 ) -> Option<(f64, DVec3)> {
     if ray.height_at(step.enter) <= top {
-        return Some((step.enter, entered_face(ray, step, place)));
+        return Some((step.enter, entered_face(ray, step, cell)));
     }
     // A ray falls through a height once at most. One that has, and was over a hole then, rises here.
     let (down, _) = ray.under(top)?;
@@ -95,11 +89,12 @@ pub(super) fn block_contact(
 }
 
 /// Normal of the vertical face through which the ray entered the cell; up, if it began inside.
-fn entered_face(ray: &GridRay, step: &CellStep, (corner, extent): (DVec2, DVec2)) -> DVec3 {
+fn entered_face(ray: &GridRay, step: &CellStep, cell: CellRect) -> DVec3 {
     if step.enter == 0.0 {
         return DVec3::Z;
     }
     let enter = ray.at(step.enter);
+    let CellRect { corner, extent } = cell;
     let near = |axis: usize| {
         let slope = ray.slope[axis];
         let border = corner[axis] + if slope < 0.0 { extent[axis] } else { 0.0 };

@@ -135,7 +135,7 @@ proptest! {
         let grid = source.header().grid;
         let eye = (grid.origin + DVec2::new(1500.0, 1000.0)).extend(z);
         let camera = Camera::new(Pose { eye, attitude: Attitude { yaw, ..Attitude::default() }, hfov }, 24, 200);
-        let bands = LevelBands::new(&grid, 4, camera.pixel_angle(), z - source.header().height_range.1, 1.0);
+        let bands = LevelBands::new(&grid, 4, camera.pixel_angle(), z - source.header().height_range.high, 1.0);
         let mut marcher = Marcher::new(&source, bands, Surface::Smooth);
         for column in [0, 11, 23] {
             let coherent = march_column(&mut marcher, &camera, column).unwrap();

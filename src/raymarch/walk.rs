@@ -22,6 +22,15 @@ pub struct CellStep {
     pub leave: f64,
 }
 
+/// Rectangle of ground that a cell covers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CellRect {
+    /// South-west corner, units.
+    pub corner: DVec2,
+    /// Sides eastward and northward, units.
+    pub extent: DVec2,
+}
+
 /// Cells of a lattice along a ray, in order.
 #[derive(Debug, Clone)]
 pub struct CellWalk {
@@ -141,15 +150,15 @@ impl Lattice {
         Self { spans, ..self }
     }
 
-    /// South-west corner and extent of the cell of a step, units.
-    pub fn place(&self, step: &CellStep) -> (DVec2, DVec2) {
+    /// Returns the rectangle of the cell of a step.
+    pub fn place(&self, step: &CellStep) -> CellRect {
         let borders = |axis: usize| {
             let span = Extent { origin: step.origin[axis], ..self.spans[axis] };
             let cell = step.cell[axis];
             (span.lower(cell, self.side, self.shift), span.upper(cell, self.side, self.shift))
         };
         let (x, y) = (borders(0), borders(1));
-        (DVec2::new(x.0, y.0), DVec2::new(x.1 - x.0, y.1 - y.0))
+        CellRect { corner: DVec2::new(x.0, y.0), extent: DVec2::new(x.1 - x.0, y.1 - y.0) }
     }
 }
 

@@ -178,7 +178,7 @@ proptest! {
         let grid = source.header().grid;
         let pose = Pose { eye: grid.origin.extend(z), attitude: Attitude { yaw, ..Attitude::default() }, hfov: 70.0 };
         let camera = Camera::new(pose, 24, 150);
-        let bands = LevelBands::new(&grid, 4, camera.pixel_angle(), z - source.header().height_range.1, 1.0);
+        let bands = LevelBands::new(&grid, 4, camera.pixel_angle(), z - source.header().height_range.high, 1.0);
         let mut marcher = Marcher::new(&source, bands, Surface::Smooth).curved(TIGHT).endless(4000.0);
         for column in [0, 11, 23] {
             let coherent = march_column(&mut marcher, &camera, column).unwrap();

@@ -6,8 +6,7 @@ use super::renderer::Renderer;
 use crate::space::Camera;
 use crate::subimage::{Farm, Stage};
 use crate::voxel::PageSource;
-use crate::weather::Clouds;
-use crate::weather::clouds::{CloudField, CloudLattice, CloudStage};
+use crate::weather::clouds::{AirOverGround, CloudField, CloudLattice, CloudStage};
 use hedgehop_base::error::Result;
 
 /// Clouds of the weather, before what is behind them; ranges stay those of that.
@@ -23,9 +22,9 @@ impl<S: PageSource> Pass for CloudPass<'_, '_, S> {
         let (sun, header) = (renderer.options.sun, renderer.source.header());
         let field = renderer.shared.clouds.get_or_init(|| CloudField::new(clouds, sun));
         let atmosphere = renderer.options.atmosphere(header);
-        let air = (&atmosphere, header.height_range.1);
-        let layer: (&CloudField, &Clouds) = (field, clouds);
-        let Some(stage) = CloudStage::new(renderer.isa, camera, layer, sun, air, renderer.seconds) else {
+        let air = AirOverGround { atmosphere: &atmosphere, highest: header.height_range.high };
+        let stage = CloudStage::new(renderer.isa, camera, field, clouds, sun, air, renderer.seconds);
+        let Some(stage) = stage else {
             return Ok(());
         };
         let stage = stage.tinted(renderer.options.brightness().tint());

@@ -7,7 +7,7 @@ use crate::voxel::Header;
 
 /// The bands of distance in which `camera` sees each level.
 pub fn level_bands(header: &Header, camera: &Camera, options: &RenderOptions) -> LevelBands {
-    let clearance = camera.pose.eye.z - header.height_range.1;
+    let clearance = camera.pose.eye.z - header.height_range.high;
     let (grid, count) = (&header.grid, header.level_count);
     match camera.footprint() {
         Footprint::Angle(angle) => {
@@ -22,6 +22,5 @@ pub fn level_bands(header: &Header, camera: &Camera, options: &RenderOptions) ->
 /// Ground distance beyond which an area without end ([`RenderOptions::tile_world`]) is sky, metres: haze leaves less than
 /// a thousandth of any ground there. In clear air it is infinite; the marcher then sets an end of its own.
 pub fn far_limit(header: &Header, camera: &Camera, options: &RenderOptions) -> f64 {
-    let (_, highest) = header.height_range;
-    options.atmosphere(header).reach(camera.pose.eye.z, highest)
+    options.atmosphere(header).reach(camera.pose.eye.z, header.height_range.high)
 }

@@ -101,7 +101,7 @@ impl RenderOptions {
         // Extinctions of haze and precipitation add up.
         let hides = self.weather.precipitation.map_or(0.0, |falls| 1.0 / falls.visibility());
         let visibility = 1.0 / (1.0 / self.visibility + hides);
-        Atmosphere::new(visibility, header.height_range.0).with_weather(&self.weather, self.sun)
+        Atmosphere::new(visibility, header.height_range.low).with_weather(&self.weather, self.sun)
     }
 
     /// Refuses values outside the ranges that the fields state, and poses that are no view.

@@ -19,7 +19,8 @@ use crate::frame::{Frame, Picture};
 use crate::pixels::Pixels;
 use crate::raymarch::PageCursor;
 use crate::raymarch::scan::{
-    KeptPlanes, MarchField, Outlook, PageFootprint, PlaneGroup, PlaneMarch, Profile, RowTable, Strides,
+    FootprintGroup, KeptPlanes, MarchField, Outlook, PageFootprint, PlaneGroup, PlaneMarch, Profile,
+    RowTable, Strides,
 };
 use crate::sensor::radiance::{LineSampler, RadiancePages};
 use crate::simd::{LANES, Sixteen};
@@ -226,14 +227,14 @@ fn height_above_ground<S: PageSource>(source: &S, eye: DVec3) -> Result<f64> {
         && eye.x <= f64::from(header.grid.nx)
         && eye.y <= f64::from(header.grid.ny);
     let ground = if is_over { PageCursor::new(source).height_from(level, eye.truncate())? } else { None };
-    Ok((eye.z - ground.unwrap_or(header.height_range.0)).max(0.0))
+    Ok((eye.z - ground.unwrap_or(header.height_range.low)).max(0.0))
 }
 
 /// Returns the distance between rows, and the height of the eye above the ground, metres.
 fn strides<S: PageSource>(renderer: &Renderer<'_, S>, view: &PlaneView<'_>) -> Result<(Strides, f64)> {
     let header = renderer.source.header();
     let height = height_above_ground(renderer.source, view.eye)?;
-    let (pixel_angle, clearance) = (view.camera.pixel_angle(), view.eye.z - header.height_range.1);
+    let (pixel_angle, clearance) = (view.camera.pixel_angle(), view.eye.z - header.height_range.high);
     let outlook = Outlook { pixel_angle, clearance, height };
     let strides = Strides::new(&header.grid, header.level_count, outlook, renderer.options.detail);
     Ok((strides, height))
@@ -248,8 +249,9 @@ pub fn footprint<S: PageSource>(renderer: &Renderer<'_, S>, view: &PlaneView<'_>
     let groups: Vec<_> = (0..view.shape.groups())
         .map(|index| (index, view.shape.kept(index)))
         .filter(|(_, kept)| !kept.filled.is_empty())
-        .map(|(index, kept)| {
-            (view.shape.group(index, &header.grid, view.eye, bend), field(renderer, &row_table, &kept))
+        .map(|(index, kept)| FootprintGroup {
+            group: view.shape.group(index, &header.grid, view.eye, bend),
+            field: field(renderer, &row_table, &kept),
         })
         .collect();
     let bare_until = level_bands(header, view.camera, &renderer.options).bare_until();
@@ -328,7 +330,7 @@ fn see<S: PageSource>(
             paint: Paint {
                 painter: Painter {
                     sampler: LineSampler::new(if waits { light } else { light.without_waiting() }),
-                    air: AtmosphereLanes::new(&atmosphere, view.eye.z, header.height_range.1),
+                    air: AtmosphereLanes::new(&atmosphere, view.eye.z, header.height_range.high),
                     eye: view.eye,
                     spacing: header.grid.spacing,
                     height: above_ground,

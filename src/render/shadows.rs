@@ -292,8 +292,8 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
 
                         let asides = ground.asides(&cell);
                         for [column, row] in cell.pixels() {
-                            let among = (&among[..], &asides);
-                            let left = self.left(&ground, filter, &mut lights, among, [column, row])?;
+                            let left =
+                                self.left(&ground, filter, &mut lights, &among, &asides, [column, row])?;
                             if let Some((left, air)) = left {
                                 let pixel = (row - first) * width + column;
                                 let seen = pixels.light(pixel);
@@ -370,7 +370,8 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
         ground: &LitGround<'_>,
         filter: &mut SurfaceFilter<'_, S>,
         lights: &mut Lights,
-        (among, asides): (&[&Caster], &[Aside; 2]),
+        among: &[&Caster],
+        asides: &[Aside; 2],
         [column, row]: [usize; 2],
     ) -> Result<Option<(Vec3, Vec3)>> {
         let LitGround { shown, lens } = ground;

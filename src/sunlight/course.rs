@@ -67,7 +67,7 @@ impl Course {
             stride: lean.hypot(1.0),
             falls: [SUN_SEMIDIAMETER, -SUN_SEMIDIAMETER].map(|rim| fall(sun.elevation + rim)),
             fall: fall(sun.elevation),
-            relief: header.height_range.1 - header.height_range.0,
+            relief: header.height_range.high - header.height_range.low,
         }
     }
 
@@ -112,7 +112,7 @@ impl Course {
     }
 
     /// The way that leads to `strands` of a level at row `end` (between two rows), the last stretch of it first.
-    pub fn legs(&self, level: u8, end: f64, (first, strands): (i64, usize)) -> Vec<Leg> {
+    pub fn legs(&self, level: u8, end: f64, first: i64, strands: usize) -> Vec<Leg> {
         let mut legs = Vec::new();
         let mut left = self.relief / self.falls[1];
         let mut leg = Leg { level, end, near: 0, count: 0, first, strands };

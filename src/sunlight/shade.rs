@@ -92,8 +92,8 @@ impl Shade {
     /// The way of the sun's rays to a page: all that, besides the heights of [`Self::supports`], its shares are a function of.
     pub fn way(&self, id: PageId) -> impl Debug + use<> {
         let [rows, posts] = self.target(id);
-        let strands = self.course.strands(&rows, &posts);
-        (self.course.legs(id.level, self.begin(&rows), strands), rows, posts)
+        let (first, strands) = self.course.strands(&rows, &posts);
+        (self.course.legs(id.level, self.begin(&rows), first, strands), rows, posts)
     }
 
     /// Pages whose heights [`Self::page`] may read for a page: itself, those around it, and those towards the sun; for those that `source` does not have
@@ -106,7 +106,7 @@ impl Shade {
         let near = if course.towards > 0 { rows.start } else { rows.end - 1 };
         let own = Leg { level: id.level, end, near, count: rows.end - rows.start, first, strands };
         let mut pages = BTreeSet::new();
-        for leg in [own].iter().chain(&course.legs(id.level, end, (first, strands))) {
+        for leg in [own].iter().chain(&course.legs(id.level, end, first, strands)) {
             course.pages(leg, |page| self.add(source, page, &mut pages));
         }
         pages.into_iter().collect()
@@ -146,7 +146,7 @@ impl Shade {
         let [rows, posts] = self.target(id);
         let (first, strands) = course.strands(&rows, &posts);
         let reader = CourseRows { source, course };
-        let legs = course.legs(id.level, self.begin(&rows), (first, strands));
+        let legs = course.legs(id.level, self.begin(&rows), first, strands);
         let mut shadow = carry(&reader, &legs, strands, self.isa)?;
         let step = Step::of(course, id.level);
         shadow.go(step.times(0.5));
@@ -176,7 +176,7 @@ impl Shade {
                 line: &mut line,
             });
 
-            put(&mut shares, stride, (course.major, id), (row, posts.start), &line);
+            put(&mut shares, stride, course.major, id, row, posts.start, &line);
             self.isa.run(Crossing { shadow: &mut shadow, row: &heights, share, step });
         }
 
@@ -185,13 +185,7 @@ impl Shade {
 }
 
 /// Writes a row of posts from `first` on.
-fn put(
-    shares: &mut [u8],
-    stride: usize,
-    (major, id): (usize, PageId),
-    (row, first): (i64, i64),
-    line: &[u8],
-) {
+fn put(shares: &mut [u8], stride: usize, major: usize, id: PageId, row: i64, first: i64, line: &[u8]) {
     let place = |page: u32, post: i64| {
         (post - i64::from(page) * i64::from(PAGE_SIDE) + i64::from(SHADE_APRON)) as usize
     };

@@ -6,9 +6,11 @@ use std::sync::Arc;
 
 use super::assembly::{Assembly, MemoryStorage};
 use super::{
-    APRON, Attributes, ContentHash, Directory, EncodedPage, FinerPages, Grid, HeightCode, MemPages, Metadata,
-    PAGE_SIDE, PageBuffer, PageId, PageWriter, Placement, SharedObjects, Span, SpanTable, coarse_page,
+    APRON, Attributes, ContentHash, Directory, EncodedPage, FinerPages, Grid, HeightCode, HeightRange,
+    MemPages, Metadata, PAGE_SIDE, PageBuffer, PageId, PageWriter, Placement, SharedObjects, Span, SpanTable,
+    coarse_page,
 };
+use hedgehop_base::Size;
 use hedgehop_base::error::{Error, Result};
 
 /// Level 1 of an area. All arrays are `[ny][nx]`, row 0 southernmost.
@@ -64,7 +66,7 @@ pub fn build_standing(
 ) -> Result<MemPages> {
     arrays.check()?;
     Arrays { heights: standing.heights, colours: standing.colours, ..*arrays }.check()?;
-    let (_, (low, high)) = arrays.height_code()?;
+    let (_, of_arrays) = arrays.height_code()?;
     let spans = standing.spans.values().flatten().map(|span| [span.low, span.high]);
     let placed = standing.placed.iter().filter_map(|(_, placement)| {
         standing.objects.get(*placement).map(|object| object.codes(placement.foot))
@@ -74,8 +76,10 @@ pub fn build_standing(
         [low + standing.code.offset, high + standing.code.offset]
     });
     let ground = standing.heights.iter().filter(|height| !height.is_nan()).map(|&height| [height, height]);
-    let range =
-        ground.chain(ends).fold((low, high), |(low, high), ends| (low.min(ends[0]), high.max(ends[1])));
+    let range = ground.chain(ends).fold(of_arrays, |range, [low, high]| HeightRange {
+        low: range.low.min(low),
+        high: range.high.max(high),
+    });
     in_memory(arrays, Some(standing), standing.code, range, metadata)
 }
 
@@ -83,7 +87,7 @@ fn in_memory(
     arrays: &Arrays<'_>,
     standing: Option<&SpanArrays<'_>>,
     code: HeightCode,
-    range: (f64, f64),
+    range: HeightRange,
     metadata: &Metadata,
 ) -> Result<MemPages> {
     let name = Path::new("database in memory");
@@ -123,12 +127,12 @@ impl SpanArrays<'_> {
         for id in (0..pages_y).flat_map(|py| (0..pages_x).map(move |px| PageId { level: 0, px, py })) {
             let (surface, mut page) =
                 (arrays.finest_page(&self.code, id), ground.finest_page(&self.code, id));
-            page.spans = SpanTable::new((page.width, page.height), rise, |x, y, spans| {
+            let size = Size { width: page.width, height: page.height };
+            page.spans = SpanTable::new(size, rise, |x, y, spans| {
                 let voxel = (id.px * PAGE_SIDE + x, id.py * PAGE_SIDE + y);
                 spans.extend(self.spans.get(&voxel).into_iter().flatten());
             });
-            page.spans =
-                page.spans.with_objects((page.width, page.height), self.objects, &self.placed_on(id));
+            page.spans = page.spans.with_objects(size, self.objects, &self.placed_on(id));
             if page != surface {
                 append(&page.encode(id.bare()))?;
             }
@@ -171,15 +175,15 @@ impl Arrays<'_> {
     }
 
     /// The finest code for the heights, and their range.
-    fn height_code(&self) -> Result<(HeightCode, (f64, f64))> {
+    fn height_code(&self) -> Result<(HeightCode, HeightRange)> {
         if self.heights.iter().any(|height| height.is_infinite()) {
             return Err(Error::Configuration("heights: infinite; give NaN where there is no surface".into()));
         }
         let surface = self.heights.iter().copied().filter(|height| !height.is_nan());
         let (low, high) =
             surface.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), h| (h.min(low), h.max(high)));
-        let range = if low <= high { (low, high) } else { (0.0, 0.0) };
-        Ok((HeightCode::spanning(range.0, range.1), range))
+        let range = if low <= high { HeightRange { low, high } } else { HeightRange::default() };
+        Ok((HeightCode::spanning(range.low, range.high), range))
     }
 
     /// Every page in the order of the directory, which is an order in which they can be made.
@@ -203,7 +207,7 @@ impl Arrays<'_> {
 
     /// A page of level 1.
     fn finest_page(&self, code: &HeightCode, id: PageId) -> PageBuffer {
-        let (width, height) = self.grid.page_size(id).unwrap_or((0, 0));
+        let Size { width, height } = self.grid.page_size(id).unwrap_or_default();
         let nx = self.grid.nx as usize;
         let (first_x, first_y) = (id.px * PAGE_SIDE, id.py * PAGE_SIDE);
         let clamped =

@@ -11,9 +11,10 @@ use super::fixed_header::{FixedHeader, Section};
 use super::format::{PAGE_ALIGNMENT, PLANE_ALIGNMENT, VERSION, header as at};
 use super::page::{PlanePositions, largest_page};
 use super::{
-    AlignedBytes, Attributes, ContentHash, Directory, EncodedPage, Grid, HeightCode, Metadata, PageBuffer,
-    PageEntry, PageId, PagePart, PageView, SharedObjects,
+    AlignedBytes, Attributes, ContentHash, Directory, EncodedPage, Grid, HeightCode, HeightRange, Metadata,
+    PageBuffer, PageEntry, PageId, PagePart, PageView, SharedObjects,
 };
+use hedgehop_base::Size;
 use hedgehop_base::error::{Error, Result};
 
 /// Bytes that are written and read by position, from any thread. What has not been written is zero.
@@ -126,7 +127,8 @@ impl Assembly {
         let refuse = |what: &str| Error::invalid(path, format!("{id}: {what}"));
         let size = grid.page_size(id).ok_or_else(|| refuse("the grid has no such page"))?;
         let [length, spans] = entry.lengths();
-        if length > largest_page(id.level, size.0, size.1) + spans.next_multiple_of(PLANE_ALIGNMENT) {
+        if length > largest_page(id.level, size.width, size.height) + spans.next_multiple_of(PLANE_ALIGNMENT)
+        {
             return Err(refuse("its planes are larger than the grid says"));
         }
 
@@ -172,7 +174,7 @@ impl Assembly {
         &self,
         metadata: &Metadata,
         objects: &SharedObjects,
-        height_range: (f64, f64),
+        height_range: HeightRange,
     ) -> Result<(ContentHash, u64)> {
         let invalid = |what: String| Error::invalid(&self.shared.path, what);
         let directory = self.shared.directory.read().unwrap_or_else(PoisonError::into_inner);
@@ -241,7 +243,7 @@ impl Assembly {
 
 /// The most bytes that a page of a level can take, the gap behind it included.
 pub fn most_page_bytes(grid: &Grid, level: u8) -> u64 {
-    let (width, height) = grid.page_size(PageId { level, px: 0, py: 0 }).unwrap_or((0, 0));
+    let Size { width, height } = grid.page_size(PageId { level, px: 0, py: 0 }).unwrap_or_default();
     (largest_page(level, width, height) as u64).next_multiple_of(PAGE_ALIGNMENT)
 }
 
@@ -249,9 +251,9 @@ pub fn most_page_bytes(grid: &Grid, level: u8) -> u64 {
 fn largest_file(grid: &Grid) -> u64 {
     let level_bytes = |level| {
         let (pages_x, pages_y) = grid.page_dims(level);
-        let size = |px, py| grid.page_size(PageId { level, px, py }).unwrap_or((0, 0));
-        let (width, height) = size(0, 0);
-        let (last_width, last_height) = size(pages_x - 1, pages_y - 1);
+        let size = |px, py| grid.page_size(PageId { level, px, py }).unwrap_or_default();
+        let Size { width, height } = size(0, 0);
+        let Size { width: last_width, height: last_height } = size(pages_x - 1, pages_y - 1);
         let bytes =
             |width, height| (largest_page(level, width, height) as u64).next_multiple_of(PAGE_ALIGNMENT);
         let (whole_x, whole_y) = (u64::from(pages_x - 1), u64::from(pages_y - 1));
@@ -349,7 +351,7 @@ mod tests {
 
     fn one_page(grid: &Grid) -> EncodedPage {
         let id = PageId { level: 0, px: 0, py: 0 };
-        let (width, height) = grid.page_size(id).unwrap();
+        let Size { width, height } = grid.page_size(id).unwrap();
         let samples = ((width + 2 * crate::voxel::APRON) * (height + 2 * crate::voxel::APRON)) as usize;
         let page = PageBuffer {
             width,
@@ -387,7 +389,7 @@ mod tests {
         for (nx, ny) in [(1, 1), (300, 20), (513, 1030)] {
             let grid = Grid { nx, ny, spacing: 1.0, origin: DVec2::ZERO };
             let sized = |id: PageId| {
-                let (width, height) = grid.page_size(id).unwrap();
+                let Size { width, height } = grid.page_size(id).unwrap();
                 (largest_page(id.level, width, height) as u64).next_multiple_of(PAGE_ALIGNMENT)
             };
             let pages: u64 = Directory::empty(&grid).unwrap().ids().map(sized).sum();

@@ -4,6 +4,7 @@ use super::format::{EMPTY_SINCE, Field, PAGE_ALIGNMENT, PAGE_LIMIT, entry};
 use super::page::is_page_length;
 use super::{BARE, Grid, PAGE_SIDE, PageId, PagePart};
 use crate::voxel::PageEntry;
+use hedgehop_base::Size;
 
 /// Bytes that a page's entry takes in a file.
 pub const ENTRY_BYTES: usize = entry::SIZE;
@@ -189,10 +190,13 @@ impl Directory {
 
     /// Number, entry and size in voxels of a page that is present.
     #[inline]
-    pub(super) fn locate(&self, id: PageId) -> Option<(usize, &PageEntry, (u32, u32))> {
+    pub(super) fn locate(&self, id: PageId) -> Option<(usize, &PageEntry, Size)> {
         let index = self.index(id)?;
         let (nx, ny) = self.level(id.level)?.voxels;
-        let size = ((nx - id.px * PAGE_SIDE).min(PAGE_SIDE), (ny - id.py * PAGE_SIDE).min(PAGE_SIDE));
+        let size = Size {
+            width: (nx - id.px * PAGE_SIDE).min(PAGE_SIDE),
+            height: (ny - id.py * PAGE_SIDE).min(PAGE_SIDE),
+        };
         let entry = &self.entries[index];
         (!entry.is_absent()).then_some((index, entry, size))
     }

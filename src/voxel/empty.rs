@@ -11,6 +11,7 @@ use super::{
     APRON, Attributes, BARE, HeightCode, PageBuffer, PageEntry, PageId, PagePart, RELIEF_APRON, Relief,
     SpanTable,
 };
+use hedgehop_base::Size;
 
 /// The part whose checksum gives its place to the attributes.
 const ATTRIBUTES: usize = 2;
@@ -50,7 +51,8 @@ impl Attributes {
 
 impl PageBuffer {
     /// A page of `size` voxels without any surface.
-    pub fn empty(id: PageId, (width, height): (u32, u32), attributes: Attributes) -> Self {
+    pub fn empty(id: PageId, size: Size, attributes: Attributes) -> Self {
+        let Size { width, height } = size;
         let with_apron = |apron: u32| (width + 2 * apron) as usize * (height + 2 * apron) as usize;
         let voxels = with_apron(0);
         let is_coarse = id.level > 0 && !id.is_bare();

@@ -10,7 +10,8 @@ use super::format::{
     VERSION, header as at,
 };
 use super::{
-    ContentHash, Directory, Grid, Header, HeightCode, Metadata, PAGE_SIDE, SharedObjects, SpanTable,
+    ContentHash, Directory, Grid, Header, HeightCode, HeightRange, Metadata, PAGE_SIDE, SharedObjects,
+    SpanTable,
 };
 use hedgehop_base::error::{Error, Result};
 
@@ -64,7 +65,7 @@ pub(super) struct FixedHeader {
     pub version: u32,
     pub grid: Grid,
     pub heights: HeightCode,
-    pub height_range: (f64, f64),
+    pub height_range: HeightRange,
     pub content_hash: ContentHash,
     pub directory: Section,
     pub metadata: Section,
@@ -92,8 +93,8 @@ impl FixedHeader {
             (at::ORIGIN_Y, self.grid.origin.y),
             (at::HEIGHT_SCALE, self.heights.scale),
             (at::HEIGHT_OFFSET, self.heights.offset),
-            (at::HEIGHT_LOW, self.height_range.0),
-            (at::HEIGHT_HIGH, self.height_range.1),
+            (at::HEIGHT_LOW, self.height_range.low),
+            (at::HEIGHT_HIGH, self.height_range.high),
         ] {
             field.put(&mut record, &value.to_le_bytes());
         }
@@ -204,7 +205,7 @@ impl FixedHeader {
                 scale: at::HEIGHT_SCALE.f64(record),
                 offset: at::HEIGHT_OFFSET.f64(record),
             },
-            height_range: (at::HEIGHT_LOW.f64(record), at::HEIGHT_HIGH.f64(record)),
+            height_range: HeightRange { low: at::HEIGHT_LOW.f64(record), high: at::HEIGHT_HIGH.f64(record) },
             content_hash: ContentHash(at::CONTENT_HASH.array(record)),
             directory: section(at::DIRECTORY_OFFSET, at::DIRECTORY_LENGTH, at::DIRECTORY_CRC),
             metadata: section(at::METADATA_OFFSET, at::METADATA_LENGTH, at::METADATA_CRC),

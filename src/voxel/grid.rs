@@ -2,6 +2,8 @@
 
 use glam::DVec2;
 
+use hedgehop_base::Size;
+
 /// Side ratio between a level and the next coarser one (the patent's 1, 4, 16, 64).
 pub const RADIX: u32 = 4;
 /// Levels 1, 4, 16 and 64 are in every database.
@@ -99,14 +101,16 @@ impl Grid {
     }
 
     /// Voxels (eastward, northward) of a page, without its apron; `None` if there is no such page.
-    pub fn page_size(&self, id: PageId) -> Option<(u32, u32)> {
+    pub fn page_size(&self, id: PageId) -> Option<Size> {
         if id.level >= self.level_count() && id.level != BARE {
             return None;
         }
         let (pages_x, pages_y) = self.page_dims(id.level);
         let (nx, ny) = self.dims(id.level);
-        (id.px < pages_x && id.py < pages_y)
-            .then(|| ((nx - id.px * PAGE_SIDE).min(PAGE_SIDE), (ny - id.py * PAGE_SIDE).min(PAGE_SIDE)))
+        (id.px < pages_x && id.py < pages_y).then(|| Size {
+            width: (nx - id.px * PAGE_SIDE).min(PAGE_SIDE),
+            height: (ny - id.py * PAGE_SIDE).min(PAGE_SIDE),
+        })
     }
 
     /// South-west and north-east corner of the ground under a page, cut to the area, metres in the database's CRS; of a page beyond

@@ -23,6 +23,15 @@ impl std::fmt::Debug for ContentHash {
     }
 }
 
+/// Lowest and highest surface of a database, metres above the vertical datum; both 0 if there is none at all.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct HeightRange {
+    /// The lowest surface.
+    pub low: f64,
+    /// The highest surface.
+    pub high: f64,
+}
+
 /// Everything that is known when a database is opened.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Header {
@@ -34,8 +43,8 @@ pub struct Header {
     pub level_count: u8,
     /// Coding of heights.
     pub heights: HeightCode,
-    /// Lowest and highest surface, bare ground and what stands on it included, metres above the vertical datum; (0, 0) if there is none at all.
-    pub height_range: (f64, f64),
+    /// Lowest and highest surface, bare ground and what stands on it included.
+    pub height_range: HeightRange,
     /// Whether something stands on the ground somewhere: there are pages of [bare ground](super::BARE).
     pub has_spans: bool,
     /// Objects that stand in many places.

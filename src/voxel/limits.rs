@@ -5,7 +5,7 @@
 
 use std::ops::RangeInclusive;
 
-use super::{Grid, HeightCode, Metadata};
+use super::{Grid, HeightCode, HeightRange, Metadata};
 
 /// Voxels of level 1 along a side of the area, at most.
 pub const MOST_VOXELS: u32 = 1 << 30;
@@ -71,7 +71,8 @@ impl HeightCode {
     }
 
     /// The same of the lowest and the highest surface, which codes must have.
-    pub(super) fn check_range(&self, (low, high): (f64, f64)) -> Result<(), String> {
+    pub(super) fn check_range(&self, range: HeightRange) -> Result<(), String> {
+        let HeightRange { low, high } = range;
         // There is no surface at all.
         if (low, high) == (0.0, 0.0) {
             return Ok(());
@@ -157,12 +158,13 @@ mod tests {
     #[test]
     fn the_range_is_one_that_codes_have() {
         let code = HeightCode { scale: 0.01, offset: 100.0 };
-        for sound in [(100.01, 700.0), (0.0, 0.0), (300.0, 300.0)] {
-            assert_eq!(code.check_range(sound), Ok(()));
+        for (low, high) in [(100.01, 700.0), (0.0, 0.0), (300.0, 300.0)] {
+            assert_eq!(code.check_range(HeightRange { low, high }), Ok(()));
         }
-        for wrong in
+        for (low, high) in
             [(99.0, 700.0), (100.0, 800.0), (300.0, 200.0), (f64::NAN, 200.0), (200.0, f64::INFINITY)]
         {
+            let wrong = HeightRange { low, high };
             assert!(code.check_range(wrong).is_err(), "{wrong:?}");
         }
     }

@@ -61,7 +61,7 @@ pub use grid::{BARE, HeightCode, MIN_LEVELS, PAGE_SIDE, RADIX};
 pub use grid::{Grid, PageId};
 #[doc(hidden)]
 pub use header::{ContentHash, CorridorRecord, MaterialRecord, SourceRecord};
-pub use header::{Header, Metadata};
+pub use header::{Header, HeightRange, Metadata};
 #[doc(hidden)]
 pub use material::Group;
 pub use material::Material;

@@ -5,6 +5,7 @@ use std::ops::Range;
 use super::format::{PLANE_ALIGNMENT, page as at};
 use super::{BARE, PageEntry, PageId, Relief, SpanTable, SpansView, zeros};
 use crate::voxel::{APRON, PagePart, RELIEF_APRON};
+use hedgehop_base::Size;
 
 /// Material and origin of a voxel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, bytemuck::Pod, bytemuck::Zeroable)]
@@ -120,8 +121,9 @@ pub(super) struct PageLayout {
 }
 
 impl PageLayout {
-    /// Lays out a page of `width` × `height` voxels (both at most PAGE_SIDE), with so many bytes of spans.
-    pub(super) fn new((width, height): (u32, u32), flags: u32, spans: usize) -> Self {
+    /// Lays out a page of `size` voxels (at most PAGE_SIDE a side), with so many bytes of spans.
+    pub(super) fn new(size: Size, flags: u32, spans: usize) -> Self {
+        let Size { width, height } = size;
         let voxels = width as usize * height as usize;
         let with_apron = |apron: u32| (width + 2 * apron) as usize * (height + 2 * apron) as usize;
         let samples = with_apron(APRON);
@@ -148,7 +150,7 @@ impl PageLayout {
     }
 
     /// Lays out a page of `length` bytes; `None`: no page is so long.
-    fn of_length(level: u8, size: (u32, u32), [length, spans]: [usize; 2]) -> Option<Self> {
+    fn of_length(level: u8, size: Size, [length, spans]: [usize; 2]) -> Option<Self> {
         if spans > length || (level != BARE && spans > 0) {
             return None;
         }
@@ -163,17 +165,17 @@ impl PageLayout {
 
 /// The most bytes that a page of this size can take, besides spans.
 pub(super) fn largest_page(level: u8, width: u32, height: u32) -> usize {
-    PageLayout::new((width, height), bounds_flag(level), 0).length()
+    PageLayout::new(Size { width, height }, bounds_flag(level), 0).length()
 }
 
 /// Whether a page of a level and a size can have so many bytes, and so many of spans.
-pub(super) fn is_page_length(level: u8, size: (u32, u32), lengths: [usize; 2]) -> bool {
+pub(super) fn is_page_length(level: u8, size: Size, lengths: [usize; 2]) -> bool {
     PageLayout::of_length(level, size, lengths).is_some()
 }
 
 impl PagePart {
-    /// Finds the part in the `length` bytes of its page, of `width` × `height` voxels, of which `spans` are spans.
-    pub(super) fn range(self, size: (u32, u32), [length, spans]: [usize; 2]) -> Range<usize> {
+    /// Finds the part in the `length` bytes of its page, of `size` voxels, of which `spans` are spans.
+    pub(super) fn range(self, size: Size, [length, spans]: [usize; 2]) -> Range<usize> {
         let layout = PageLayout::new(size, bounds_flag(self.page().level), spans);
         match self {
             Self::Heights(_) => 0..layout.low.start,
@@ -190,7 +192,7 @@ pub(super) fn bounds_flag(level: u8) -> u32 {
 /// Positions of the planes in a page's bytes, which begin at a multiple of 64 in memory.
 pub(super) struct PlanePositions<'a> {
     bytes: &'a [u8],
-    size: (u32, u32),
+    size: Size,
     spans: usize,
     layout: PageLayout,
     /// Attributes of all voxels of a page that has no bytes.
@@ -200,15 +202,17 @@ pub(super) struct PlanePositions<'a> {
 impl<'a> PlanePositions<'a> {
     /// Finds the planes of a page of a level and of `size` voxels, as the grid says, with so many bytes of spans, as the directory says. An error says why
     /// there is no such page.
-    pub fn new(bytes: &'a [u8], level: u8, size: (u32, u32), spans: u32) -> Result<Self, String> {
+    pub fn new(bytes: &'a [u8], level: u8, size: Size, spans: u32) -> Result<Self, String> {
         let spans = spans as usize;
-        let layout = PageLayout::of_length(level, size, [bytes.len(), spans])
-            .ok_or_else(|| format!("{} bytes hold no page of {} x {} voxels", bytes.len(), size.0, size.1))?;
+        let layout = PageLayout::of_length(level, size, [bytes.len(), spans]).ok_or_else(|| {
+            let Size { width, height } = size;
+            format!("{} bytes hold no page of {width} x {height} voxels", bytes.len())
+        })?;
         Ok(Self { bytes, size, spans, layout, empty: None })
     }
 
     /// Makes the planes of a page without any surface.
-    pub fn empty(level: u8, size: (u32, u32), attributes: &'a Attributes) -> Self {
+    pub fn empty(level: u8, size: Size, attributes: &'a Attributes) -> Self {
         let layout = PageLayout::new(size, bounds_flag(level) | at::FLAG_UNIFORM, 0);
         Self { bytes: &[], size, spans: 0, layout, empty: Some(attributes) }
     }
@@ -224,11 +228,11 @@ impl<'a> PlanePositions<'a> {
             ));
         }
 
-        let size = (at::WIDTH.u32(record), at::HEIGHT.u32(record));
+        let size = Size { width: at::WIDTH.u32(record), height: at::HEIGHT.u32(record) };
         if size != self.size {
             return Err(format!(
                 "a page of {} x {} voxels, but the grid says {} x {}",
-                size.0, size.1, self.size.0, self.size.1
+                size.width, size.height, self.size.width, self.size.height
             ));
         }
 
@@ -259,12 +263,12 @@ impl<'a> PlanePositions<'a> {
     }
 
     pub fn heights(&self) -> Result<HeightsView<'a>, String> {
-        Ok(HeightsView { width: self.size.0, heights: self.plane(&self.layout.heights)? })
+        Ok(HeightsView { width: self.size.width, heights: self.plane(&self.layout.heights)? })
     }
 
     pub fn bounds(&self) -> Result<BoundsView<'a>, String> {
         let (low, high) = (self.plane(&self.layout.low)?, self.plane(&self.layout.high)?);
-        Ok(BoundsView { width: self.size.0, low, high })
+        Ok(BoundsView { width: self.size.width, low, high })
     }
 
     pub fn spans(&self) -> Result<SpansView<'a>, String> {
@@ -273,7 +277,7 @@ impl<'a> PlanePositions<'a> {
 
     /// Heights and paint.
     pub fn posts(&self) -> Result<PageView<'a>, String> {
-        let (width, height) = self.size;
+        let Size { width, height } = self.size;
         Ok(PageView {
             width,
             height,
@@ -298,7 +302,7 @@ impl<'a> PlanePositions<'a> {
 }
 
 /// CRC-32 of a part of a page of `size` voxels, from the page's bytes.
-pub(super) fn part_crc(bytes: &[u8], part: PagePart, size: (u32, u32), spans: usize) -> u32 {
+pub(super) fn part_crc(bytes: &[u8], part: PagePart, size: Size, spans: usize) -> u32 {
     crc32fast::hash(&bytes[part.range(size, [bytes.len(), spans])])
 }
 
@@ -359,7 +363,7 @@ impl PageBuffer {
     pub(super) fn encode_in_full(&self, id: PageId) -> EncodedPage {
         let uniform = self.attributes.iter().all(|attributes| *attributes == self.attributes[0]);
         let flags = bounds_flag(id.level) | if uniform { at::FLAG_UNIFORM } else { 0 };
-        let size = (self.width, self.height);
+        let size = Size { width: self.width, height: self.height };
         let spans = self.spans.bytes();
         let layout = PageLayout::new(size, flags, spans);
         let mut bytes = vec![0; layout.length()];

@@ -21,6 +21,7 @@ use super::relief::{Moments, Relief, half_steps};
 use super::srgb::Averager;
 use super::window::{FinerPages, FinerWindow, StandIn, VoxelBlock, WindowFootprint};
 use super::{APRON, Attributes, Grid, HeightCode, PageBuffer, PageId, RADIX, RELIEF_APRON, SpanTable};
+use hedgehop_base::Size;
 use hedgehop_base::error::{Error, Result};
 
 /// Page `id` (level index ≥ 1) from the up to 36 pages of the next finer level that it depends on. All of
@@ -45,7 +46,7 @@ pub fn sparse_page(
     let footprint = WindowFootprint::new(grid, id)
         .ok_or_else(|| Error::Configuration(format!("{id}: not made from a finer level of this grid")))?;
     if let Some(attributes) = footprint.known_empty(finer) {
-        let size = (footprint.own_x.len() as u32, footprint.own_y.len() as u32);
+        let size = Size { width: footprint.own_x.len() as u32, height: footprint.own_y.len() as u32 };
         return Ok(PageBuffer::empty(id, size, attributes));
     }
     let window = FinerWindow::collect(footprint, grid, id, finer, stand_in)?;

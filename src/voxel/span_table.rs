@@ -14,6 +14,7 @@ use std::ops::Range;
 
 use super::format::{PLANE_ALIGNMENT, spans as at};
 use super::{HeightCode, Placement, SharedObjects, Span};
+use hedgehop_base::Size;
 
 /// Voxels along the side of a block.
 pub const BLOCK_SIDE: u32 = 8;
@@ -55,15 +56,11 @@ pub struct SpansView<'a> {
 }
 
 impl SpanTable {
-    /// Makes the table of a page of `width` × `height` voxels: `spans_of` appends those of a voxel (x, y), lowest first. `rise` is how many steps of height the
+    /// Makes the table of a page of `size` voxels: `spans_of` appends those of a voxel (x, y), lowest first. `rise` is how many steps of height the
     /// steepest slope of one step rises over half a voxel's diagonal, see [`Self::rise`].
-    pub fn new(
-        (width, height): (u32, u32),
-        rise: f64,
-        mut spans_of: impl FnMut(u32, u32, &mut Vec<Span>),
-    ) -> Self {
+    pub fn new(size: Size, rise: f64, mut spans_of: impl FnMut(u32, u32, &mut Vec<Span>)) -> Self {
         let mut table = Self { starts: vec![0], ..Self::default() };
-        for (columns, rows) in blocks_of(width, height) {
+        for (columns, rows) in blocks_of(size.width, size.height) {
             let mut block =
                 SpanBlock { first: table.starts.len() as u32 - 1, low: u16::MAX, ..SpanBlock::default() };
             for (row, y) in rows.enumerate() {
@@ -104,15 +101,15 @@ impl SpanTable {
         &self.placements
     }
 
-    /// The same with objects that stand on the page of `width` × `height` voxels as well; each may come more than once.
+    /// The same with objects that stand on the page of `page_size` voxels as well; each may come more than once.
     #[must_use]
     pub fn with_objects(
         mut self,
-        (width, height): (u32, u32),
+        page_size: Size,
         objects: &SharedObjects,
         placements: &[Placement],
     ) -> Self {
-        let across = width.div_ceil(BLOCK_SIDE);
+        let across = page_size.width.div_ceil(BLOCK_SIDE);
         let mut by_block: Vec<(u32, Placement)> = Vec::new();
         for &placement in placements {
             let Some(object) = objects.get(placement) else { continue };
@@ -125,7 +122,9 @@ impl SpanTable {
                 let is_on_page = last >= 0 && first < i64::from(limit);
                 is_on_page.then(|| first.max(0) as u32 / BLOCK_SIDE..=last as u32 / BLOCK_SIDE)
             };
-            let (Some(columns), Some(rows)) = (range(0, width), range(1, height)) else { continue };
+            let (Some(columns), Some(rows)) = (range(0, page_size.width), range(1, page_size.height)) else {
+                continue;
+            };
             by_block.extend(
                 rows.flat_map(|row| columns.clone().map(move |column| row * across + column))
                     .map(|block| (block, placement)),
@@ -139,7 +138,7 @@ impl SpanTable {
         by_block.sort_unstable();
         // What stands twice in one place stands there once.
         by_block.dedup();
-        let count = across as usize * height.div_ceil(BLOCK_SIDE) as usize;
+        let count = across as usize * page_size.height.div_ceil(BLOCK_SIDE) as usize;
         if self.blocks.is_empty() {
             (self.blocks, self.starts) = (vec![SpanBlock::default(); count], vec![0]);
         }
@@ -261,12 +260,13 @@ impl<'a> SpansView<'a> {
     pub const NONE: Self =
         Self { blocks_across: 0, blocks: &[], starts: &[], spans: &[], placed: &[], placements: &[] };
 
-    /// Views the bytes of a table as that of a page of `width` × `height` voxels.
-    pub(super) fn new(bytes: &'a [u8], (width, height): (u32, u32)) -> Result<Self, String> {
+    /// Views the bytes of a table as that of a page of `size` voxels.
+    pub(super) fn new(bytes: &'a [u8], size: Size) -> Result<Self, String> {
         if bytes.is_empty() {
             return Ok(Self::NONE);
         }
 
+        let Size { width, height } = size;
         let refuse = || format!("{} bytes hold no spans of {width} x {height} voxels", bytes.len());
         let head = bytes.get(..at::SIZE).ok_or_else(refuse)?;
         let voxels = at::VOXELS.u32(head);

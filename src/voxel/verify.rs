@@ -8,7 +8,7 @@
 //!        what the finer level gives = what is stored (where the finer pages are there), and bounds hold everywhere
 //! ```
 
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
@@ -16,8 +16,9 @@ use std::thread;
 use super::fixed_header::FixedHeader;
 use super::page::page_hash;
 use super::{
-    APRON, Directory, FileBytes, Grid, Header, HeightCode, PAGE_SIDE, PageBuffer, PageEntry, PageId,
-    PageSource, PageStore, PageView, RELIEF_APRON, Relief, SpanTable, StandIn, VoxelBlock, sparse_page,
+    APRON, Directory, FileBytes, Grid, Header, HeightCode, HeightRange, PAGE_SIDE, PageBuffer, PageEntry,
+    PageId, PageSource, PageStore, PageView, RELIEF_APRON, Relief, SpanTable, StandIn, VoxelBlock,
+    sparse_page,
 };
 use hedgehop_base::error::{Error, Result};
 use hedgehop_base::progress::Observer;
@@ -134,15 +135,15 @@ fn check_page<B: FileBytes>(store: &PageStore<B>, id: PageId) -> Vec<String> {
         Err(what) => return vec![what],
     };
     let header = store.header();
-    let (low, high) = header.height_range;
+    let HeightRange { low, high } = header.height_range;
 
     // One code of slack: the range is of heights before they were rounded to codes.
-    let codes =
-        (header.heights.encode(low).saturating_sub(1).max(1), header.heights.encode(high).saturating_add(1));
+    let lowest = header.heights.encode(low).saturating_sub(1).max(1);
+    let codes = lowest..=header.heights.encode(high).saturating_add(1);
 
     let checks = [
         check_hash(store, id),
-        check_range(&view, codes),
+        check_range(&view, &codes),
         check_order(&view),
         check_apron(store, id, &view),
         check_spans(store, &view),
@@ -161,10 +162,11 @@ fn check_hash<B: FileBytes>(store: &PageStore<B>, id: PageId) -> Option<String> 
     (hash != entry.hash).then(|| "its hash is not that of the directory".into())
 }
 
-fn check_range(view: &PageView<'_>, (low, high): (u16, u16)) -> Option<String> {
-    let outside = |code: &&u16| **code != HeightCode::EMPTY && !(low..=high).contains(*code);
+fn check_range(view: &PageView<'_>, codes: &RangeInclusive<u16>) -> Option<String> {
+    let outside = |code: &&u16| **code != HeightCode::EMPTY && !codes.contains(*code);
     let ends = view.spans.all().iter().flat_map(|span| [&span.low, &span.high]);
     let code = view.heights.iter().chain(view.low).chain(view.high).chain(ends).find(outside)?;
+    let (low, high) = codes.clone().into_inner();
     Some(format!("height code {code}, but the header's range is that of {low} to {high}"))
 }
 

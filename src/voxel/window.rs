@@ -15,6 +15,7 @@ use super::{
     APRON, AlignedBytes, Attributes, FileBytes, Grid, HeightCode, PAGE_SIDE, PageBuffer, PageId,
     PageReadback, PageStore, PageView, RADIX,
 };
+use hedgehop_base::Size;
 use hedgehop_base::error::Result;
 
 /// Source of finer levels' pages while coarser ones are made.
@@ -110,7 +111,7 @@ pub(super) struct WindowFootprint {
 impl WindowFootprint {
     pub fn new(grid: &Grid, id: PageId) -> Option<Self> {
         let finer_level = id.level.checked_sub(1).filter(|_| !id.is_bare())?;
-        let (width, height) = grid.page_size(id)?;
+        let Size { width, height } = grid.page_size(id)?;
         let own = |page: u32, size: u32| page * PAGE_SIDE..page * PAGE_SIDE + size;
         let with_apron =
             |own: &Range<u32>, limit: u32| own.start.saturating_sub(APRON)..(own.end + APRON).min(limit);
@@ -198,8 +199,8 @@ impl FinerWindow {
         }
 
         for (index, &page) in pages.iter().enumerate() {
-            let size = grid.page_size(page).unwrap_or((0, 0));
-            let [x, y] = window.footprint.within(page, [size.0, size.1], 0);
+            let Size { width, height } = grid.page_size(page).unwrap_or_default();
+            let [x, y] = window.footprint.within(page, [width, height], 0);
             if window.parts[index] == FinerVoxels::Unknown
                 && let Some(block) = stand_in.finer(page, x, y)?
             {

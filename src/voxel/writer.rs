@@ -13,8 +13,8 @@ use super::assembly::{Assembly, PageReadback, Storage};
 use super::patch::PartFile;
 use super::undo::{is_of_another, journal_of};
 use super::{
-    ContentHash, EarlierFile, EarlierPage, EncodedPage, Grid, HeightCode, Metadata, PageEntry, PageId,
-    SharedObjects,
+    ContentHash, EarlierFile, EarlierPage, EncodedPage, Grid, HeightCode, HeightRange, Metadata, PageEntry,
+    PageId, SharedObjects,
 };
 use crate::voxel::folders::{folder_of, sync_folder};
 use hedgehop_base::error::{Error, Result};
@@ -186,16 +186,15 @@ impl PageWriter {
         self.assembly.readback()
     }
 
-    /// Writes directory, metadata and header, flushes to disk and gives the file its name. `height_range`: lowest
-    /// and highest surface in metres, (0, 0) if there is none. Returns identity and bytes.
-    pub fn finish(self, metadata: &Metadata, height_range: (f64, f64)) -> Result<(ContentHash, u64)> {
+    /// Writes directory, metadata and header, flushes to disk and gives the file its name. Returns identity and bytes.
+    pub fn finish(self, metadata: &Metadata, height_range: HeightRange) -> Result<(ContentHash, u64)> {
         let sealed = self.seal(metadata, height_range)?;
         let result = (sealed.content_hash, sealed.bytes);
         sealed.publish().map(|()| result)
     }
 
     /// All of [`Self::finish`] but the name.
-    pub fn seal(self, metadata: &Metadata, height_range: (f64, f64)) -> Result<SealedFile> {
+    pub fn seal(self, metadata: &Metadata, height_range: HeightRange) -> Result<SealedFile> {
         let (content_hash, bytes) = self.assembly.seal(metadata, &self.objects, height_range)?;
         Ok(SealedFile { content_hash, bytes, writer: self })
     }

@@ -13,8 +13,8 @@ use hedgehop::render::{Engine, RenderOptions, Renderer};
 use hedgehop::space::{Attitude, Camera, Pose};
 use hedgehop::subimage::Farm;
 use hedgehop::voxel::{
-    Arrays, BoundsView, CorridorRecord, Grid, Header, MaterialRecord, MemPages, Metadata, PageBuffer, PageId,
-    PageSource, PageView, SourceRecord, write_arrays,
+    Arrays, BoundsView, CorridorRecord, Grid, Header, HeightRange, MaterialRecord, MemPages, Metadata,
+    PageBuffer, PageId, PageSource, PageView, SourceRecord, write_arrays,
 };
 
 const NX: u32 = 700;
@@ -75,7 +75,7 @@ fn header_says_what_was_written() {
         let header = source.header();
         assert_eq!(header.metadata, metadata());
         assert_eq!((header.grid.nx, header.grid.ny, header.level_count), (NX, NY, 4));
-        assert_eq!(header.height_range, (0.0, 699.0 + 0.5 * 259.0));
+        assert_eq!(header.height_range, HeightRange { low: 0.0, high: 699.0 + 0.5 * 259.0 });
     });
 }
 

@@ -6,7 +6,7 @@ use hedgehop::progress::Silent;
 use hedgehop::render::{Engine, RenderOptions, Renderer};
 use hedgehop::space::{Attitude, Camera, Pose};
 use hedgehop::subimage::Farm;
-use hedgehop::voxel::{Damaged, MemPages, PageSource, Trust, Verify, verify};
+use hedgehop::voxel::{Damaged, HeightRange, MemPages, PageSource, Trust, Verify, verify};
 
 /// Offsets of FORMAT.md, bytes.
 const MAGIC: [u8; 8] = *b"\x89HOP\r\n\x1a\n";
@@ -112,7 +112,7 @@ fn read(bytes: &[u8]) {
 /// Small pictures from above the middle, level and steeply down; refused or rendered.
 fn render(pages: &MemPages) {
     let header = pages.header();
-    let (low, high) = header.height_range;
+    let HeightRange { low, high } = header.height_range;
     let side = header.grid.spacing * f64::from(header.grid.nx.min(header.grid.ny));
     let middle = header.grid.origin + 0.4 * side;
     let eye = DVec3::new(middle.x, middle.y, high + 0.1 * side.min(1e6) + 0.1 * (high - low));

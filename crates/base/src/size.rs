@@ -1,7 +1,7 @@
 //! Width and height of what has columns and rows.
 
 /// Columns and rows of a picture, a raster or a page.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct Size {
     /// Samples per row.
     pub width: u32,

@@ -24,6 +24,7 @@ use hedgehop::voxel::{
     PageReadback, PageSource, PageView, PageWriter, Span, SpanTable, StandIn, VoxelBlock, half_steps,
     sparse_page,
 };
+use hedgehop_base::Size;
 use hedgehop_base::colour::{linear_from_srgb8, srgb8_from_linear};
 use hedgehop_base::error::{Error, Result};
 use hedgehop_base::progress::Observer;
@@ -281,8 +282,8 @@ impl<'s> Oven<'s> {
         let Some(spans) = self.source.spans(id)? else { return Ok(SpanTable::default()) };
         let lit = self.lit(id)?;
         let header = self.source.header();
-        let (size, rise) =
-            ((lit.view.width, lit.view.height), SpanTable::rise(header.heights, header.grid.spacing));
+        let size = Size { width: lit.view.width, height: lit.view.height };
+        let rise = SpanTable::rise(header.heights, header.grid.spacing);
         let table = SpanTable::new(size, rise, |x, y, all| {
             let share = lit.shares.about([x, y].map(|at| (at + SHADE_APRON) as usize));
             let left = self.daylight.on(Vec3::Z, share) / self.daylight.on(Vec3::Z, 1.0);

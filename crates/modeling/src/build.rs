@@ -50,7 +50,8 @@ use crate::page::PageMaker;
 use crate::page_keys::{PageKeys, SourceKeys};
 use crate::surveyed::Survey;
 use hedgehop::voxel::{
-    ContentHash, Directory, ENTRY_BYTES, Grid, HeightCode, Metadata, PAGE_SIDE, PageWriter, SharedObjects,
+    ContentHash, Directory, ENTRY_BYTES, Grid, HeightCode, HeightRange, Metadata, PAGE_SIDE, PageWriter,
+    SharedObjects,
 };
 use hedgehop_base::error::{Error, Result};
 use hedgehop_base::progress::{Observer, Silent};
@@ -505,7 +506,8 @@ fn height_span(
     })
 }
 
-fn decoded_range(code: &HeightCode, counts: &PageCounts) -> (f64, f64) {
+fn decoded_range(code: &HeightCode, counts: &PageCounts) -> HeightRange {
     let (low, high) = counts.codes.unwrap_or((1, 1));
-    (code.offset + code.scale * f64::from(low), code.offset + code.scale * f64::from(high))
+    let height = |stored: u16| code.offset + code.scale * f64::from(stored);
+    HeightRange { low: height(low), high: height(high) }
 }

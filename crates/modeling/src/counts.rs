@@ -3,8 +3,8 @@
 use super::corridor::Stored;
 use super::materials::Classes;
 use hedgehop::voxel::{
-    APRON, Attributes, Grid, HeightCode, Metadata, PAGE_SIDE, PageBuffer, PageId, RADIX, SharedObject,
-    SharedObjects,
+    APRON, Attributes, Grid, HeightCode, HeightRange, Metadata, PAGE_SIDE, PageBuffer, PageId, RADIX,
+    SharedObject, SharedObjects,
 };
 
 /// Counts over voxels, in voxels of level 1.
@@ -100,9 +100,9 @@ impl PageCounts {
     }
 
     /// Returns the lowest and the highest surface, metres.
-    pub fn height_range(&self, heights: HeightCode) -> (f64, f64) {
+    pub fn height_range(&self, heights: HeightCode) -> HeightRange {
         let height = |code| heights.decode(code).unwrap_or(0.0);
-        self.codes.map_or((0.0, 0.0), |(low, high)| (height(low), height(high)))
+        self.codes.map(|(low, high)| HeightRange { low: height(low), high: height(high) }).unwrap_or_default()
     }
 
     /// Completes the metadata of a database with the shares of the part that was counted.

@@ -16,6 +16,7 @@ use super::reach::Reach;
 use hedgehop::voxel::{
     APRON, BLOCK_SIDE, Directory, Grid, PAGE_SIDE, PageEntry, PageId, Span, SpanBlock, most_page_bytes,
 };
+use hedgehop_base::Size;
 use hedgehop_base::error::{Error, Result};
 use hedgehop_base::progress::Observer;
 
@@ -162,7 +163,7 @@ fn most_bare_bytes(grid: &Grid) -> u64 {
 
 /// Bytes of a page with a surface at least: all of its voxels have the same attributes.
 pub(super) fn least_page_bytes(grid: &Grid, id: PageId) -> u64 {
-    let (width, height) = grid.page_size(id).unwrap_or((0, 0));
+    let Size { width, height } = grid.page_size(id).unwrap_or_default();
     let samples = u64::from(width + 2 * APRON) * u64::from(height + 2 * APRON);
     let coarse = if id.level > 0 { COARSE * u64::from(width) * u64::from(height) } else { 0 };
     SAMPLE * samples + coarse

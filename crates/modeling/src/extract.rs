@@ -24,6 +24,7 @@ use hedgehop::voxel::{
     PageReadback, PageSource, PageWriter, RADIX, RELIEF_APRON, Relief, SpanTable, StandIn, VoxelBlock,
     sparse_page,
 };
+use hedgehop_base::Size;
 use hedgehop_base::error::{Error, Result};
 use hedgehop_base::progress::Observer;
 
@@ -220,7 +221,7 @@ impl StandIn for Whole<'_, '_> {
 
     fn page(&mut self, id: PageId) -> Result<PageBuffer> {
         let part = self.0.part;
-        let (width, height) = part.grid.page_size(id).ok_or_else(|| absent(id))?;
+        let Size { width, height } = part.grid.page_size(id).ok_or_else(|| absent(id))?;
         let side = Grid::side_units(id.level);
         let first = [id.px, id.py].map(|page| page * PAGE_SIDE);
         let offset = part.first.map(|units| units / side);

@@ -22,6 +22,7 @@ use hedgehop::voxel::{
     APRON, Attributes, BLOCK_SIDE, BlockSpans, EncodedPage, Grid, HeightCode, Metadata, PAGE_SIDE,
     PageBuffer, PageId, PageReadback, PageSource, PageWriter, SharedObjects, Span, SpanTable, coarse_page,
 };
+use hedgehop_base::Size;
 use hedgehop_base::error::{Error, Result};
 use hedgehop_base::progress::Observer;
 
@@ -291,7 +292,8 @@ impl<'s> Merger<'s> {
 
     /// A page of level 1, and the steps in it between databases.
     fn finest(&self, id: PageId, is_bare: bool) -> Result<(PageBuffer, Join)> {
-        let (width, height) = self.grid.page_size(id).unwrap_or((0, 0));
+        let size = self.grid.page_size(id).unwrap_or_default();
+        let Size { width, height } = size;
         let around = |page: u32, size: u32, limit: u32| {
             (0..size + 2 * APRON)
                 .map(move |at| i64::from((page * PAGE_SIDE + at).clamp(APRON, limit - 1 + APRON) - APRON))
@@ -313,7 +315,7 @@ impl<'s> Merger<'s> {
         if is_bare {
             let rise = SpanTable::rise(self.heights, self.grid.spacing);
             let (mut failed, mut known) = (None, KnownPage::default());
-            spans = SpanTable::new((width, height), rise, |x, y, all| {
+            spans = SpanTable::new(size, rise, |x, y, all| {
                 let at = [i64::from(id.px * PAGE_SIDE + x), i64::from(id.py * PAGE_SIDE + y)];
                 if let Err(error) = self.add_spans(voxels[place(x, y)].owner, at, &mut known, all) {
                     failed = Some(error);
@@ -483,8 +485,8 @@ fn common_code(databases: &[(&dyn PageSource, &str)]) -> HeightCode {
         return codes.first().copied().unwrap_or(HeightCode::spanning(0.0, 0.0));
     }
     let range = headers().map(|header| header.height_range);
-    let (low, high) =
-        range.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), own| (low.min(own.0), high.max(own.1)));
+    let (low, high) = range
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), own| (low.min(own.low), high.max(own.high)));
     HeightCode::spanning(low, high)
 }
 

@@ -37,6 +37,7 @@ use hedgehop::voxel::{
     APRON, Attributes, Grid, HeightCode, Material, PAGE_SIDE, PageBuffer, PageId, Placement, RADIX,
     SharedObjects, Span, SpanTable, StandIn, VoxelBlock,
 };
+use hedgehop_base::Size;
 use hedgehop_base::error::Result;
 
 /// Bytes that a reader holds besides a pixel's own four while it decodes imagery, as a multiple of these.
@@ -175,12 +176,13 @@ impl<'a> PageMaker<'a> {
     /// A page as if there were no finer level, without bounds and slopes.
     pub fn make(&mut self, id: PageId) -> Result<MadePage> {
         self.turn_to(id.level);
-        let (width, height) = self.project.grid.page_size(id).unwrap_or((0, 0));
+        let size = self.project.grid.page_size(id).unwrap_or_default();
+        let Size { width, height } = size;
         let (x0, y0) = (id.px * PAGE_SIDE, id.py * PAGE_SIDE);
         let rect = Rect { x0, y0, x1: x0 + width, y1: y0 + height };
         let around = rect.grown(APRON, &self.level.grid);
         if self.is_beyond(around) {
-            return Ok(MadePage::empty(id, (width, height)));
+            return Ok(MadePage::empty(id, size));
         }
 
         let made = self.block(around)?;
@@ -196,12 +198,12 @@ impl<'a> PageMaker<'a> {
 
         let bare = made.bare.as_ref().map(|bare| {
             let rise = SpanTable::rise(self.project.code, self.project.grid.spacing);
-            let spans = SpanTable::new((width, height), rise, |x, y, spans| {
+            let spans = SpanTable::new(size, rise, |x, y, spans| {
                 spans.extend(bare.spans.get(&around.index(rect.x0 + x, rect.y0 + y)).into_iter().flatten());
             });
             let placements: Vec<Placement> =
                 bare.placed.iter().filter_map(|placed| on_page(placed, rect)).collect();
-            let spans = spans.with_objects((width, height), self.project.shared, &placements);
+            let spans = spans.with_objects(size, self.project.shared, &placements);
             page(&bare.heights, &bare.colours, &bare.attributes, spans)
         });
 
@@ -396,10 +398,10 @@ impl<'a> PageMaker<'a> {
 
 impl MadePage {
     /// A page that nothing reaches.
-    fn empty(id: PageId, size: (u32, u32)) -> Self {
+    fn empty(id: PageId, size: Size) -> Self {
         let attributes =
             Attributes { flags: Attributes::VOID | Attributes::NO_IMAGERY, ..Attributes::default() };
-        let voxels = u64::from(size.0) * u64::from(size.1);
+        let voxels = u64::from(size.width) * u64::from(size.height);
         let counts = PageCounts { voxels, made: voxels, empty: voxels, ..PageCounts::default() };
         // What is made of its level alone has neither bounds nor slopes.
         let page = PageBuffer::empty(PageId { level: 0, ..id }, size, attributes);
@@ -460,7 +462,7 @@ impl FromSources<'_, '_> {
             return true;
         }
         let level = LevelGrid::of(grid, id.level).grid;
-        let (width, height) = grid.page_size(id).unwrap_or((0, 0));
+        let Size { width, height } = grid.page_size(id).unwrap_or_default();
         let (x0, y0) = (id.px * PAGE_SIDE, id.py * PAGE_SIDE);
         let rect = Rect { x0, y0, x1: x0 + width, y1: y0 + height };
         // A pixel that fills most of the coarser voxel tells nothing about slopes in it.

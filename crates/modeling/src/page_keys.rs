@@ -13,6 +13,7 @@ use crate::plan::Plan;
 use crate::warp::{LevelGrid, RasterPlacement, Rect};
 use crate::{BuildOptions, NodataFill, void_fill};
 use hedgehop::voxel::{APRON, Grid, HeightCode, PAGE_SIDE, PageId, PageReadback, SharedObjects, finer_pages};
+use hedgehop_base::Size;
 use hedgehop_base::error::Result;
 use hedgehop_geo::VerticalDatum;
 
@@ -165,7 +166,7 @@ impl<'a> PageKeys<'a> {
     /// Adds what reaches a page and what lies around it.
     fn with_sources(&self, mut keyer: Keyer, id: PageId) -> Keyer {
         let level = LevelGrid::of(&self.grid, id.level);
-        let (width, height) = self.grid.page_size(id).unwrap_or((0, 0));
+        let Size { width, height } = self.grid.page_size(id).unwrap_or_default();
         let (x0, y0) = (id.px * PAGE_SIDE, id.py * PAGE_SIDE);
         let page = Rect { x0, y0, x1: x0 + width, y1: y0 + height };
 

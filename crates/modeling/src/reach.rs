@@ -8,6 +8,7 @@ use super::synthetic::Synthetic;
 use super::warp::{LevelGrid, RasterPlacement, Rect};
 use crate::opened::Opened;
 use hedgehop::voxel::{APRON, Grid, PAGE_SIDE, PageId};
+use hedgehop_base::Size;
 use hedgehop_base::error::Result;
 
 /// An elevation raster in the grid.
@@ -86,7 +87,7 @@ impl Reach {
 
 /// The voxels of a page.
 fn rect_of(grid: &Grid, id: PageId) -> Rect {
-    let (width, height) = grid.page_size(id).unwrap_or((0, 0));
+    let Size { width, height } = grid.page_size(id).unwrap_or_default();
     let (x0, y0) = (id.px * PAGE_SIDE, id.py * PAGE_SIDE);
     Rect { x0, y0, x1: x0 + width, y1: y0 + height }
 }

@@ -14,6 +14,7 @@ use hedgehop::voxel::{
     Attributes, BLOCK_SIDE, BlockSpans, Grid, HeightCode, PAGE_SIDE, PageId, PageSource, Placement, RADIX,
     SharedObject, SharedObjects, SpanTable,
 };
+use hedgehop_base::Size;
 use hedgehop_base::error::Result;
 
 /// Areas and numbers by class.
@@ -199,7 +200,7 @@ fn add_spans<S: PageSource>(
     }
 
     let Some(spans) = source.spans(bare)? else { return Ok(()) };
-    let (width, height) = source.header().grid.page_size(bare.surface()).unwrap_or((0, 0));
+    let Size { width, height } = source.header().grid.page_size(bare.surface()).unwrap_or_default();
     let (columns, rows) = (part(columns, bare.px, width), part(rows, bare.py, height));
     let header = source.header();
     let rise = SpanTable::rise(header.heights, header.grid.spacing);

@@ -159,6 +159,15 @@ struct Side {
     is_north: bool,
 }
 
+/// Crossing of a line and a side.
+#[derive(Debug, Clone, Copy)]
+struct SideCrossing {
+    /// The side that is crossed.
+    side: Side,
+    /// Place, posts eastward and northward.
+    point: DVec2,
+}
+
 /// A crossing of a line at a multiple of the interval.
 type End = (Side, i64);
 
@@ -255,35 +264,37 @@ impl Tracer {
             let mut rises = next.filter(|&side| !above[side] && above[(side + 1) % 4]);
             let leave = if is_saddle && !is_joined { rises.nth(1) } else { rises.next() };
             if let Some(leave) = leave {
-                self.join([(sides[enter], point(enter)), (sides[leave], point(leave))], number);
+                let [from, to] =
+                    [enter, leave].map(|side| SideCrossing { side: sides[side], point: point(side) });
+                self.join(from, to, number);
             }
         }
     }
 
     /// Adds a piece that goes from one crossing to another.
-    fn join(&mut self, [from, to]: [(Side, DVec2); 2], number: i64) {
+    fn join(&mut self, from: SideCrossing, to: SideCrossing, number: i64) {
         // All lines have the higher ground on one side: a piece goes on where a line ends, and ends where one begins.
-        let before = self.ends.remove(&(from.0, number)).map(|(line, _)| line);
-        let after = self.ends.remove(&(to.0, number)).map(|(line, _)| line);
+        let before = self.ends.remove(&(from.side, number)).map(|(line, _)| line);
+        let after = self.ends.remove(&(to.side, number)).map(|(line, _)| line);
         self.points += 1;
 
         match (before, after) {
             (None, None) => {
                 let line = self.place();
-                self.open[line].extend([from.1, to.1]);
-                (self.numbers[line], self.crossings[line]) = (number, [from.0, to.0]);
-                self.ends.insert((from.0, number), (line, false));
-                self.ends.insert((to.0, number), (line, true));
+                self.open[line].extend([from.point, to.point]);
+                (self.numbers[line], self.crossings[line]) = (number, [from.side, to.side]);
+                self.ends.insert((from.side, number), (line, false));
+                self.ends.insert((to.side, number), (line, true));
             }
             (Some(line), None) => {
-                self.open[line].push_back(to.1);
-                self.crossings[line][1] = to.0;
-                self.ends.insert((to.0, number), (line, true));
+                self.open[line].push_back(to.point);
+                self.crossings[line][1] = to.side;
+                self.ends.insert((to.side, number), (line, true));
             }
             (None, Some(line)) => {
-                self.open[line].push_front(from.1);
-                self.crossings[line][0] = from.0;
-                self.ends.insert((from.0, number), (line, false));
+                self.open[line].push_front(from.point);
+                self.crossings[line][0] = from.side;
+                self.ends.insert((from.side, number), (line, false));
             }
             (Some(line), Some(same)) if line == same => {
                 let mut points = Vec::from(std::mem::take(&mut self.open[line]));

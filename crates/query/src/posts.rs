@@ -97,8 +97,8 @@ impl<'s, S: PageSource> PostReader<'s, S> {
         for part in self.parts(&posts.columns, &posts.rows) {
             let id = self.sheet_of(part.id);
             if let Some(view) = self.source.heights(id)? {
-                let codes = (view.heights, view.width);
-                copy(&mut posts, &part, codes, |code_here| code.decode(code_here).unwrap_or(f64::NAN));
+                let decode = |code_here| code.decode(code_here).unwrap_or(f64::NAN);
+                copy(&mut posts, &part, view.heights, view.width, decode);
             } else {
                 self.coarser_heights(&mut posts, &part)?;
             }
@@ -114,7 +114,7 @@ impl<'s, S: PageSource> PostReader<'s, S> {
         let mut posts = Posts::filled(columns, rows, 0);
         for part in self.parts(&posts.columns, &posts.rows) {
             if let Some(view) = self.source.heights(self.sheet_of(part.id))? {
-                copy(&mut posts, &part, (view.heights, view.width), |code| code);
+                copy(&mut posts, &part, view.heights, view.width, |code| code);
             }
         }
         Ok(posts)
@@ -128,7 +128,7 @@ impl<'s, S: PageSource> PostReader<'s, S> {
         let mut posts = Posts::filled(columns, rows, [0; 3]);
         for part in self.parts(&posts.columns, &posts.rows) {
             if let Some(view) = self.source.page(self.sheet_of(part.id))? {
-                copy(&mut posts, &part, (view.colours, view.width), |colour| colour);
+                copy(&mut posts, &part, view.colours, view.width, |colour| colour);
             } else {
                 self.coarser_colours(&mut posts, &part)?;
             }
@@ -209,7 +209,8 @@ impl<'s, S: PageSource> PostReader<'s, S> {
 fn copy<T: Copy, U: Copy>(
     posts: &mut Posts<U>,
     part: &Part,
-    (samples, width): (&[T], u32),
+    samples: &[T],
+    width: u32,
     convert: impl Fn(T) -> U,
 ) {
     let stride = (width + 2 * APRON) as usize;

@@ -72,7 +72,7 @@ impl<'a> PlaneMarch<'a> {
             grid: header.grid,
             heights: header.heights,
             level_count: header.level_count,
-            ceiling: header.height_range.1 + header.heights.scale,
+            ceiling: header.height_range.high + header.heights.scale,
             strides,
         }
     }

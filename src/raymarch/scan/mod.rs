@@ -52,7 +52,7 @@ mod tests;
 mod turned;
 mod upright;
 
-pub use footprint::PageFootprint;
+pub use footprint::{FootprintGroup, PageFootprint};
 pub use group::PlaneGroup;
 pub use march::{MarchField, PlaneMarch};
 pub use pages::Pages;

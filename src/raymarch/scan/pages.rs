@@ -78,7 +78,7 @@ impl<'a> Pages<'a> {
         let find = || Ok(self.turned.get(self.source, (id, strip))?.map(Rc::new));
         let codes = remember(&mut self.columns[slot_of(id, strip)], (id, strip), find)?;
         let size = self.source.header().grid.page_size(id);
-        Ok(codes.zip(size).map(|(codes, (_, height))| (Codes::Columns(codes), (height + 2 * APRON) as i32)))
+        Ok(codes.zip(size).map(|(codes, size)| (Codes::Columns(codes), (size.height + 2 * APRON) as i32)))
     }
 
     /// The same if the page was looked up lately.

@@ -6,6 +6,7 @@ use super::super::fixed_header::{FixedHeader, header_crc};
 use super::super::format::{Field, entry, header as at};
 use super::super::version_7::in_full;
 use super::*;
+use hedgehop_base::Size;
 use hedgehop_base::progress::Silent;
 
 /// Random ground in two corners of an area, 6 x 4 pages of the finest level.
@@ -100,10 +101,11 @@ fn what_voxels_are_tells_databases_apart() {
 
     // Flags that nobody stores, bare ground, voxels that differ, and what finer levels hold need bytes.
     let id = PageId { level: 1, px: 0, py: 0 };
-    let mut page = PageBuffer::empty(id, (30, 20), Attributes::default());
+    let size = Size { width: 30, height: 20 };
+    let mut page = PageBuffer::empty(id, size, Attributes::default());
     assert!(page.encode(id).bytes.is_empty());
     let finest = PageId { level: 0, ..id };
-    assert!(PageBuffer::empty(finest, (30, 20), all[0]).entry_alone(finest.bare()).is_none());
+    assert!(PageBuffer::empty(finest, size, all[0]).entry_alone(finest.bare()).is_none());
     page.high[7] = 1;
     assert!(!page.encode(id).bytes.is_empty());
     page.high[7] = 0;

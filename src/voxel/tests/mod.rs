@@ -13,6 +13,7 @@ use glam::DVec2;
 use proptest::prelude::*;
 
 use super::*;
+use hedgehop_base::Size;
 
 fn grid(nx: u32, ny: u32) -> Grid {
     Grid { nx, ny, spacing: 30.0, origin: DVec2::new(5.0e5, 4.0e6) }
@@ -166,10 +167,10 @@ proptest! {
             prop_assert!((columns - 1) * side < nx && nx <= columns * side);
             let sizes: Vec<_> = directory.ids().filter(|id| id.level == level)
                 .map(|id| (id, grid.page_size(id).unwrap())).collect();
-            let area: u64 = sizes.iter().map(|(_, (w, h))| u64::from(w * h)).sum();
+            let area: u64 = sizes.iter().map(|(_, size)| u64::from(size.width * size.height)).sum();
             prop_assert_eq!(area, u64::from(columns) * u64::from(rows));
 
-            for (id, (width, height)) in sizes {
+            for (id, Size { width, height }) in sizes {
                 prop_assert!((1..=PAGE_SIDE).contains(&width) && (1..=PAGE_SIDE).contains(&height));
                 let east = id.px * PAGE_SIDE + width;
                 prop_assert!(east == columns || width == PAGE_SIDE && east < columns);
@@ -341,7 +342,8 @@ fn a_writer_that_is_dropped_leaves_nothing_and_refuses_to_overwrite() {
     drop(PageWriter::create(&path, terrain.grid, HeightCode::spanning(0.0, 1.0), false).unwrap());
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
     let late = PageWriter::create(&path, terrain.grid, HeightCode::spanning(0.0, 1.0), false).unwrap();
-    let incomplete = late.finish(&Metadata::default(), (0.0, 1.0)).unwrap_err().to_string();
+    let incomplete =
+        late.finish(&Metadata::default(), HeightRange { low: 0.0, high: 1.0 }).unwrap_err().to_string();
     assert!(incomplete.contains("coarsest level must be complete"), "{incomplete}");
     write_arrays(&path, &terrain.arrays(), &Metadata::default(), false).unwrap();
     let refused =

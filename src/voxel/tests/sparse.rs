@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use super::super::assembly::{Assembly, MemoryStorage};
 use super::*;
+use hedgehop_base::Size;
 use hedgehop_base::error::Result;
 use hedgehop_base::progress::Silent;
 
@@ -42,7 +43,7 @@ impl Sources {
     }
 
     fn page(&self, id: PageId) -> PageBuffer {
-        let (width, height) = self.grid.page_size(id).unwrap();
+        let Size { width, height } = self.grid.page_size(id).unwrap();
         let (nx, ny) = self.grid.dims(id.level);
         let around = |page: u32, size: u32, limit: u32| -> Vec<u32> {
             (0..size + 2 * APRON)
@@ -92,7 +93,7 @@ fn sparse(sources: Sources, is_stored: impl Fn(PageId) -> bool) -> MemPages {
         assembly.append(&page.encode(id)).unwrap();
     }
     let metadata = Metadata { empty_share: 0.01, ..Metadata::default() };
-    assembly.seal(&metadata, &SharedObjects::default(), (0.0, 6553.5)).unwrap();
+    assembly.seal(&metadata, &SharedObjects::default(), HeightRange { low: 0.0, high: 6553.5 }).unwrap();
     MemPages::new(name, storage.take()).unwrap()
 }
 

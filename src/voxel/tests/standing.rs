@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::*;
 use crate::voxel::{SpanArrays, build_standing, verify};
+use hedgehop_base::Size;
 use hedgehop_base::progress::Silent;
 
 const SIDE: u32 = 300;
@@ -62,7 +63,7 @@ fn spans_are_read_as_they_were_written() {
         let id = PageId { level: 0, px, py };
         assert!(pages.spans(id).unwrap().is_none(), "only bare ground has spans");
         let Some(view) = pages.spans(id.bare()).unwrap() else { continue };
-        let (width, height) = pages.header().grid.page_size(id).unwrap();
+        let Size { width, height } = pages.header().grid.page_size(id).unwrap();
 
         for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
             let here = view.at(x, y);
@@ -124,14 +125,15 @@ fn every_flipped_bit_of_spans_is_found() {
 
 #[test]
 fn spans_that_contradict_themselves_read_as_nothing_or_are_refused() {
-    let table = SpanTable::new((20, 20), 1.0, |x, y, spans| {
+    let size = Size { width: 20, height: 20 };
+    let table = SpanTable::new(size, 1.0, |x, y, spans| {
         spans.extend((x == y).then(|| post(10 + x as u16, [1, 1])));
     });
     let mut whole = vec![0; table.bytes()];
     table.encode(&mut whole);
     let aligned = |bytes: &[u8]| AlignedBytes::copy_of(bytes);
     assert_eq!(
-        SpansView::new(aligned(&whole).as_slice(), (20, 20)).unwrap().check(1.0, &SharedObjects::default()),
+        SpansView::new(aligned(&whole).as_slice(), size).unwrap().check(1.0, &SharedObjects::default()),
         None
     );
     let mut refused = 0;
@@ -141,7 +143,7 @@ fn spans_that_contradict_themselves_read_as_nothing_or_are_refused() {
             let mut bytes = whole.clone();
             bytes[byte] ^= 1 << bit;
             let bytes = aligned(&bytes);
-            let Ok(view) = SpansView::new(bytes.as_slice(), (20, 20)) else {
+            let Ok(view) = SpansView::new(bytes.as_slice(), size) else {
                 refused += 1;
                 continue;
             };
@@ -153,21 +155,22 @@ fn spans_that_contradict_themselves_read_as_nothing_or_are_refused() {
 
     assert!(refused > 100, "{refused}");
     for length in 0..whole.len() {
-        assert!(length == 0 || SpansView::new(aligned(&whole[..length]).as_slice(), (20, 20)).is_err());
+        assert!(length == 0 || SpansView::new(aligned(&whole[..length]).as_slice(), size).is_err());
     }
 }
 
 #[test]
 fn cuts_that_make_no_sense_are_found() {
     let (wall, none) = (Cut::wall(20, 9), Cut::NONE);
+    let size = Size { width: 1, height: 1 };
     let checked = |cuts: [Cut; 3], state: u8| {
-        let table = SpanTable::new((1, 1), 1.0, |_, _, spans| {
+        let table = SpanTable::new(size, 1.0, |_, _, spans| {
             spans.push(Span { cuts, state, ..post(10, [0, 0]) });
         });
         let mut bytes = vec![0; table.bytes()];
         table.encode(&mut bytes);
         let bytes = AlignedBytes::copy_of(&bytes);
-        SpansView::new(bytes.as_slice(), (1, 1)).unwrap().check(1.0, &SharedObjects::default())
+        SpansView::new(bytes.as_slice(), size).unwrap().check(1.0, &SharedObjects::default())
     };
 
     let [first, second] = Span::JOINED.map(|bit| Span::OPAQUE | bit);

@@ -62,7 +62,7 @@ fn codes_outside_the_range_are_found() {
     for id in sound.directory().ids() {
         writer.append(&sound.whole_page(id).unwrap().unwrap().to_buffer().encode(id)).unwrap();
     }
-    writer.finish(&header.metadata, (100.0, 101.0)).unwrap();
+    writer.finish(&header.metadata, HeightRange { low: 100.0, high: 101.0 }).unwrap();
     let report =
         verify(&MemPages::from_bytes(&path, &std::fs::read(&path).unwrap()).unwrap(), &Silent).unwrap();
     assert!(report.problems.iter().all(|problem| problem.what.contains("header's range")));

@@ -28,4 +28,4 @@ mod tests;
 
 pub use band::CloudLattice;
 pub use field::CloudField;
-pub use stage::CloudStage;
+pub use stage::{AirOverGround, CloudStage};

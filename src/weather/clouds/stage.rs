@@ -35,15 +35,24 @@ pub struct CloudStage<'c> {
     pub(super) cell: usize,
 }
 
+/// Air over the ground of an area.
+#[derive(Debug, Clone, Copy)]
+pub struct AirOverGround<'a> {
+    /// State of the air.
+    pub atmosphere: &'a Atmosphere,
+    /// Height of the highest ground, metres above the datum.
+    pub highest: f64,
+}
+
 impl<'c> CloudStage<'c> {
-    /// `clouds`, of which `field` has the voxels, `seconds` into a flight, through `atmosphere` over ground not higher than `highest` metres above
-    /// the datum; `None` on orthographic screens, which show the ground from outside of all weather.
+    /// `clouds`, of which `field` has the voxels, `seconds` into a flight, through the air over ground; `None` on orthographic screens, which show the ground from outside of all weather.
     pub fn new(
         isa: Isa,
         camera: &'c Camera,
-        (field, clouds): (&'c CloudField, &Clouds),
+        field: &'c CloudField,
+        clouds: &Clouds,
         sun: Sun,
-        (atmosphere, highest): (&Atmosphere, f64),
+        air: AirOverGround<'_>,
         seconds: f64,
     ) -> Option<Self> {
         if let Screen::Orthographic { .. } = camera.screen() {
@@ -68,6 +77,7 @@ impl<'c> CloudStage<'c> {
         };
 
         let cell = (LATTICE / camera.pixel_angle()).clamp(1.0, MOST_PIXELS) as usize;
+        let AirOverGround { atmosphere, highest } = air;
         let air = AtmosphereLanes::new(atmosphere, eye.z, clouds.top.max(highest));
         Some(Self { isa, camera, cover, air, tint: [1.0; 3], lens: Lens::new(camera), cell })
     }

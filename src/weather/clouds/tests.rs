@@ -30,7 +30,8 @@ fn camera(eye: DVec3, pitch: f64, size: [u32; 2]) -> Camera {
 
 fn stage<'c>(isa: Isa, camera: &'c Camera, field: &'c CloudField, clouds: &Clouds) -> CloudStage<'c> {
     let atmosphere = Atmosphere::new(30_000.0, 0.0);
-    CloudStage::new(isa, camera, (field, clouds), SUN, (&atmosphere, 1200.0), 12.0).unwrap()
+    let air = AirOverGround { atmosphere: &atmosphere, highest: 1200.0 };
+    CloudStage::new(isa, camera, field, clouds, SUN, air, 12.0).unwrap()
 }
 
 /// Light and transmittance along rays of a length.

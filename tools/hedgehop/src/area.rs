@@ -41,7 +41,7 @@ pub fn viewpoint(header: &Header) -> DVec3 {
     let (near, far) = (header.grid.origin, header.grid.far_corner());
     let size = far - near;
     let place = near + size * DVec2::new(0.5, 0.25);
-    place.extend(header.height_range.1 + 0.05 * size.min_element())
+    place.extend(header.height_range.high + 0.05 * size.min_element())
 }
 
 fn crs_label(header: &Header) -> String {
@@ -84,7 +84,7 @@ pub fn description(header: &Header) -> Result<String> {
         "heights",
         format!(
             "{:.1} to {:.1} m above {}, in steps of {:.4} m",
-            header.height_range.0, header.height_range.1, metadata.vertical_datum, header.heights.scale
+            header.height_range.low, header.height_range.high, metadata.vertical_datum, header.heights.scale
         ),
     );
 
@@ -245,7 +245,7 @@ pub fn json(header: &Header, directory: &Directory) -> Result<Value> {
         "lonlat_bounds": lonlat_bounds(header)?.map(|[west, south, east, north]| {
             json!({ "west": west, "south": south, "east": east, "north": north })
         }),
-        "height_range_m": [header.height_range.0, header.height_range.1],
+        "height_range_m": [header.height_range.low, header.height_range.high],
         "height_step_m": header.heights.scale,
         "sharp_from_m": sharpness::usual_height(header),
         "levels": sides(header),

@@ -198,7 +198,7 @@ pub struct Stream<W: Write> {
 impl<W: Write> Stream<W> {
     /// Writes the header of a stream that errors call `name`.
     pub fn new(target: W, name: &Path, size: Size, rate: FrameRate) -> Result<Self> {
-        Y4mWriter::new(target, (size.width, size.height), rate, Chroma::default())
+        Y4mWriter::new(target, size, rate, Chroma::default())
             .map(|writer| Self { writer: Mutex::new(writer), name: name.to_owned() })
             .map_err(|error| refused(name, error))
     }

@@ -260,7 +260,7 @@ impl FlightArgs {
             check_inside(file, source, &poses)?;
         }
         if setup.is_map() {
-            self.look_down(source.header().height_range.1, &mut poses, observer);
+            self.look_down(source.header().height_range.high, &mut poses, observer);
         }
 
         self.world.note_seam(source.header(), observer);
@@ -296,7 +296,7 @@ impl FlightArgs {
         let pose = |number: u64| (number, trajectory.pose_at(fps.seconds_at(number)));
         let mut poses: Vec<_> = numbers.iter().map(|number| pose(beside(*number))).collect();
         if setup.is_map() {
-            self.look_down(source.header().height_range.1, &mut poses, &Silent);
+            self.look_down(source.header().height_range.high, &mut poses, &Silent);
         }
         let partner = |(own, (number, pose))| (own, Partner { number, camera: setup.camera(pose) });
         Ok(numbers.into_iter().zip(poses).map(partner).collect())

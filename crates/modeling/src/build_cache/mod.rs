@@ -35,7 +35,9 @@ use super::counts::PageCounts;
 use crate::surveyed::Survey;
 pub(super) use aside::Aside;
 pub use handover::take_over;
-use hedgehop::voxel::{ContentHash, EarlierFile, EarlierPage, Grid, Metadata, PageId, PageWriter};
+use hedgehop::voxel::{
+    ContentHash, EarlierFile, EarlierPage, Grid, HeightRange, Metadata, PageId, PageWriter,
+};
 use hedgehop_base::error::{Error, Result};
 pub(super) use key::{Key, Keyer};
 pub(super) use log::{Extent, MadeRecord};
@@ -340,7 +342,7 @@ pub(super) fn publish(
     cache: Option<&BuildCache>,
     writer: PageWriter,
     metadata: &Metadata,
-    height_range: (f64, f64),
+    height_range: HeightRange,
 ) -> Result<(ContentHash, u64)> {
     let sealed = writer.seal(metadata, height_range)?;
     let (content_hash, bytes) = (sealed.content_hash, sealed.bytes);

@@ -8,6 +8,7 @@ use super::support::{Area, built, north_up, sheet, terrain, try_build};
 use crate::opened::Opened;
 use crate::{BuildOptions, Corridor, NodataFill, Place, Route};
 use hedgehop::voxel::{Grid, PAGE_SIDE, PageId, PageSource, Relief, verify};
+use hedgehop_base::Size;
 use hedgehop_base::progress::Silent;
 use hedgehop_geo::{Crs, Transform, VerticalDatum};
 
@@ -49,7 +50,7 @@ fn present(area: &Area) -> Vec<PageId> {
 
 /// Least distance of a page's square from the route, by places a metre apart.
 fn distance_from_route(grid: &Grid, id: PageId) -> f64 {
-    let (width, height) = grid.page_size(id).unwrap();
+    let Size { width, height } = grid.page_size(id).unwrap();
     let side = grid.side(id.level);
     let low = grid.origin + DVec2::new(f64::from(id.px), f64::from(id.py)) * f64::from(PAGE_SIDE) * side;
     let high = low + DVec2::new(f64::from(width), f64::from(height)) * side;
@@ -100,7 +101,8 @@ fn a_file_is_as_large_as_its_pages() {
     let count = |level: u8| pages.iter().filter(|id| id.level == level).count();
     // Heights and colours with aprons, at coarser levels bounds and slopes; attributes at the most for each voxel.
     let (finest, coarse) = (268 * 268 * 5, 268 * 268 * 5 + 256 * 256 * 4 + 266 * 266 * 5);
-    let whole = |id: &&PageId| area.grid.page_size(**id) == Some((PAGE_SIDE, PAGE_SIDE));
+    let whole =
+        |id: &&PageId| area.grid.page_size(**id) == Some(Size { width: PAGE_SIDE, height: PAGE_SIDE });
     let least =
         pages.iter().filter(whole).map(|id| if id.level == 0 { finest } else { coarse }).sum::<usize>();
     let most = count(0) * (finest + 266_500) + (pages.len() - count(0)) * (coarse + 266_500);

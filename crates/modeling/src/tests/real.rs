@@ -2,7 +2,7 @@
 
 use super::support::{Area, options};
 use crate::{BuildOptions, build};
-use hedgehop::voxel::{Attributes, PageSource};
+use hedgehop::voxel::{Attributes, HeightRange, PageSource};
 use hedgehop_base::progress::Silent;
 use hedgehop_geo::{Crs, Transform};
 use hedgehop_testing::realdata;
@@ -62,7 +62,7 @@ fn rocky_mountains() {
     let peak = area.height_at(-105.6151, 40.2549);
     assert!((4000.0..4347.0).contains(&peak), "{peak}");
     assert!(area.bare() < 0.2, "{}", area.bare());
-    let (low, high) = area.pages.header().height_range;
+    let HeightRange { low, high } = area.pages.header().height_range;
     assert!(low >= 2281.0 - 1.0 && high <= 4261.0 + 1.0 && high > 4200.0);
 }
 
@@ -90,7 +90,7 @@ fn drone_survey() {
         return;
     };
     assert_eq!((area.grid.nx, area.grid.ny), (488, 445), "pixels are voxels");
-    let (low, high) = area.pages.header().height_range;
+    let HeightRange { low, high } = area.pages.header().height_range;
     assert!((low - 57.2426).abs() < 0.001 && (high - 112.926).abs() < 0.001, "{low} {high}");
     assert!(area.pages.header().metadata.void_share > 0.05);
 }
@@ -100,7 +100,7 @@ fn crater_lake() {
     let dem = "craterlake/craterlake-elev-16bit-30m.tif";
     let Some(area) = pair(dem, "craterlake/craterlake-imagery-30m.tif", |_| {}) else { return };
     let metadata = &area.pages.header().metadata;
-    let (low, high) = area.pages.header().height_range;
+    let HeightRange { low, high } = area.pages.header().height_range;
     assert!(low > 1280.0 && high < 1881.0, "the undeclared sentinel is no height: {low} {high}");
     assert!(metadata.void_share > 0.01 && metadata.notes.iter().any(|note| note.contains("-32767")));
     assert!(metadata.notes.iter().all(|note| !note.contains('/')), "{:?}", metadata.notes);
@@ -125,7 +125,7 @@ fn santa_barbara() {
     let said = |options: &mut BuildOptions| options.elevation[0].crs = Some("EPSG:4326".into());
     let Some(area) = pair(dem, "sba_airport/sba_rgb_wgs84_512x512.tif", said) else { return };
     assert!((area.grid.spacing - 3.05).abs() < 0.2, "{}", area.grid.spacing);
-    let (low, high) = area.pages.header().height_range;
+    let HeightRange { low, high } = area.pages.header().height_range;
     assert!(low > 2.5 && high < 20.8);
     assert!(area.bare() < 0.001);
 }

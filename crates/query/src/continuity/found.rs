@@ -4,6 +4,7 @@ use glam::DVec2;
 
 use super::super::posts::PostReader;
 use hedgehop::voxel::{HeightCode, PAGE_SIDE, PageId, PageSource};
+use hedgehop_base::Size;
 use hedgehop_base::error::Result;
 
 /// Voxels around a page that are looked at.
@@ -120,12 +121,12 @@ pub(super) struct Patch {
 impl Patch {
     pub(super) fn read<S: PageSource>(reader: &PostReader<'_, S>, source: &S, id: PageId) -> Result<Self> {
         let header = source.header();
-        let (width, height) = header.grid.page_size(id).unwrap_or((0, 0));
+        let Size { width, height } = header.grid.page_size(id).unwrap_or_default();
         let first = [id.px, id.py].map(|page| i64::from(page) * i64::from(PAGE_SIDE));
         let size = [width, height].map(i64::from);
         let around = |axis: usize| first[axis] - MARGIN..first[axis] + size[axis] + MARGIN;
         let codes = reader.codes(around(0), around(1))?.values;
-        let (code, lowest) = (header.heights, header.height_range.0);
+        let (code, lowest) = (header.heights, header.height_range.low);
 
         // From the lowest ground, single precision loses nothing that codes have.
         let height = |value: &u16| code.decode(*value).map_or(f32::NAN, |height| (height - lowest) as f32);

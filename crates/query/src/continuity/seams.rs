@@ -45,12 +45,12 @@ impl Seams {
         for is_row in [false, true] {
             let (across, along) = if is_row { (1, 0) } else { (0, 1) };
             for piece in 0..patch.size[along].div_euclid(PIECE) {
-                self.piece(patch, factor, (is_row, across, piece));
+                self.piece(patch, factor, is_row, across, piece);
             }
         }
     }
 
-    fn piece(&mut self, patch: &Patch, factor: f64, (is_row, across, piece): (bool, usize, i64)) {
+    fn piece(&mut self, patch: &Patch, factor: f64, is_row: bool, across: usize, piece: i64) {
         let along = 1 - across;
         let least = (LEAST_SIDES * patch.side).max(LEAST_STEPS * patch.code.scale);
         let height = |line: i64, at: i64| {
@@ -112,7 +112,7 @@ impl Seams {
                 fault: Fault::Seam,
                 place: place(line, worst.0.2 * PIECE + PIECE / 2),
                 extent: [place(line, first * PIECE), place(line, end * PIECE)],
-                height: worst.1.1 + header.height_range.0,
+                height: worst.1.1 + header.height_range.low,
                 size,
                 voxels: run.len() as u64 * PIECE as u64,
                 is_at_edge: false,

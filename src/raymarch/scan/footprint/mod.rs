@@ -35,6 +35,15 @@ const MARGINS: [f64; 2] = [5.0, 2.0];
 /// Sides of a voxel that a strip must have for the march to read a line in it for sure.
 const SURE: f64 = 9.0;
 
+/// Group of planes, and what of the surface is seen in it.
+#[derive(Debug)]
+pub struct FootprintGroup {
+    /// The planes.
+    pub group: PlaneGroup,
+    /// Field that they are to see.
+    pub field: MarchField,
+}
+
 /// Collects parts of pages that planes may touch.
 pub struct PageFootprint<'a> {
     /// Sides of voxels, by level.
@@ -78,7 +87,7 @@ impl<'a> PageFootprint<'a> {
             heights: header.heights,
             strides,
             bare_until,
-            ceiling: header.height_range.1 + header.heights.scale,
+            ceiling: header.height_range.high + header.heights.scale,
             is_opaque: header.metadata.empty_share == 0.0,
             surface: CoarseSurface::new(source),
             needs: Needs::new(source),
@@ -89,9 +98,9 @@ impl<'a> PageFootprint<'a> {
     ///
     /// # Errors
     /// A page with bounds that is damaged.
-    pub fn add(&mut self, eye: DVec3, groups: &[(PlaneGroup, MarchField)]) -> Result<()> {
-        let is_same = |a: &(PlaneGroup, MarchField), b: &(PlaneGroup, MarchField)| {
-            a.0.major == b.0.major && a.0.forward == b.0.forward
+    pub fn add(&mut self, eye: DVec3, groups: &[FootprintGroup]) -> Result<()> {
+        let is_same = |a: &FootprintGroup, b: &FootprintGroup| {
+            a.group.major == b.group.major && a.group.forward == b.group.forward
         };
         for side in groups.chunk_by(is_same) {
             for groups in side.chunks(WEDGE) {

@@ -2,7 +2,8 @@
 
 use glam::DVec3;
 
-use super::super::{MarchField, PlaneGroup, Strides};
+use super::super::{PlaneGroup, Strides};
+use super::FootprintGroup;
 use crate::simd::LANES;
 use crate::voxel::Grid;
 
@@ -78,32 +79,32 @@ pub(super) fn edges_after(eye: f64, forward: f64, side: f64, distance: f64) -> i
 
 impl Wedge {
     /// `ceiling`: height of the highest surface, metres above the eye.
-    pub fn new(groups: &[(PlaneGroup, MarchField)], ceiling: f64) -> Self {
+    pub fn new(groups: &[FootprintGroup], ceiling: f64) -> Self {
         let extremes = |values: &mut dyn Iterator<Item = f64>| {
             values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
                 [low.min(value), high.max(value)]
             })
         };
         let lanes = |of: &dyn Fn(&PlaneGroup) -> [f32; LANES]| {
-            extremes(&mut groups.iter().flat_map(|(group, _)| of(group)).map(f64::from))
+            extremes(&mut groups.iter().flat_map(|own| of(&own.group)).map(f64::from))
         };
         let enter = lanes(&|group| group.over[0]);
         let leave = lanes(&|group| group.over[1]);
-        let slopes = groups.iter().flat_map(|(group, field)| {
+        let slopes = groups.iter().flat_map(|FootprintGroup { group, field }| {
             group.depth.map(|depth| field.tangents.map(|tangent| f64::from(tangent) * f64::from(depth)))
         });
         let slopes = slopes.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], [least, most]| {
             [low.min(least), high.max(most)]
         });
-        let begin = groups.iter().map(|(group, field)| f64::from(field.begin(group, ceiling)));
-        let first = &groups[0].0;
+        let begin = groups.iter().map(|own| f64::from(own.field.begin(&own.group, ceiling)));
+        let first = &groups[0].group;
 
         Self {
             major: first.major,
             forward: first.forward,
             minor: lanes(&|group| group.minor),
             drop: lanes(&|group| group.drop),
-            ground: extremes(&mut groups.iter().map(|(group, _)| group.ground)),
+            ground: extremes(&mut groups.iter().map(|own| own.group.ground)),
             over: [enter[0], leave[1]],
             inner: [enter[1], leave[0]],
             slopes,

@@ -75,6 +75,15 @@ pub struct SpanCoverage {
     extent: [usize; 2],
 }
 
+/// Stretch of sixteen rows that is to be filled.
+#[derive(Debug, Clone, Copy)]
+struct OpenStretch {
+    /// Rows that are not hidden, as bits.
+    open: u16,
+    /// Places where it begins and ends, rows from the first of the sixteen on.
+    within: [f32; 2],
+}
+
 /// Fill of rows by one span.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Fill {
@@ -335,23 +344,24 @@ impl FreeRows {
             let open = !(self.full[row / WORD] >> (row % WORD)) as u16;
             if open != 0 {
                 let within = [low, high].map(|place| place - row as f32);
-                self.fill_sixteen(simd, sixteen, (open, within), light, fill, centres);
+                self.fill_sixteen(simd, sixteen, OpenStretch { open, within }, light, fill, centres);
             }
         }
         self.extent = [self.extent[0].min(first), self.extent[1].max(end)];
     }
 
-    /// Fills those of sixteen rows that are `open` (bits) between two places.
+    /// Fills a stretch of sixteen rows.
     #[inline(always)]
     fn fill_sixteen<V: Simd>(
         &mut self,
         simd: V,
         sixteen: usize,
-        (open, within): (u16, [f32; 2]),
+        stretch: OpenStretch,
         light: [f32; 3],
         fill: &Fill,
         centres: &Sixteen,
     ) {
+        let OpenStretch { open, within } = stretch;
         let [zero, one, half] = [0.0, 1.0, HALF].map(|value| simd.splat(value));
         let all = simd.splat_int(ALL);
 

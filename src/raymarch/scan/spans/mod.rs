@@ -218,7 +218,7 @@ impl<L: FacetLight> Plane<'_, '_, L> {
             if reach.high == 0 || self.is_hidden(&reach, &block) {
                 continue;
             }
-            self.cross_block(simd, (page, &view), &block);
+            self.cross_block(simd, page, &view, &block);
         }
 
         Ok(())
@@ -270,7 +270,7 @@ impl<L: FacetLight> Plane<'_, '_, L> {
 
     /// Looks at the voxels of a block.
     #[inline(always)]
-    fn cross_block<V: Simd>(&mut self, simd: V, (page, view): (PageId, &SpansView<'_>), block: &VoxelStep) {
+    fn cross_block<V: Simd>(&mut self, simd: V, page: PageId, view: &SpansView<'_>, block: &VoxelStep) {
         let SpanScan { eye, row_table, first, .. } = self.standing;
         let (depth, lane) = (self.depth, self.lane);
         let drop = f64::from(self.standing.group.drop[lane]);
@@ -285,7 +285,7 @@ impl<L: FacetLight> Plane<'_, '_, L> {
             per_unit: f64::from(self.floor) * depth / metric.code.scale,
         };
         let first_voxel = block.cell.map(|cell| cell * i64::from(BLOCK_SIDE));
-        self.course.pass(simd, (first_voxel, stands.tops()), [block.enter, block.leave], veil, passed);
+        self.course.pass(simd, first_voxel, stands.tops(), [block.enter, block.leave], veil, passed);
 
         for voxel in passed.voxels() {
             let place = voxel.place as u32;

@@ -24,7 +24,7 @@ impl Kernel for Pass<'_> {
 
     #[inline(always)]
     fn run<V: Simd>(self, simd: V) {
-        self.course.pass(simd, (self.corner, self.tops), self.ends, self.veil, self.passed);
+        self.course.pass(simd, self.corner, self.tops, self.ends, self.veil, self.passed);
     }
 }
 

@@ -104,7 +104,8 @@ impl PlaneCourse {
     pub fn pass<V: Simd>(
         &self,
         simd: V,
-        (corner, tops): ([i64; 2], &[f32; VOXELS]),
+        corner: [i64; 2],
+        tops: &[f32; VOXELS],
         [enter, leave]: [f64; 2],
         veil: VoxelVeil,
         passed: &mut Passed,

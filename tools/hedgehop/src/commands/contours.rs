@@ -15,7 +15,7 @@ use hedgehop::encode::geotiff::{TILE, write_full_geotiff};
 use hedgehop::memory::PageFile;
 use hedgehop::progress::Observer;
 use hedgehop::sunlight::Sun;
-use hedgehop::voxel::{Header, PageSource};
+use hedgehop::voxel::{Header, HeightRange, PageSource};
 use hedgehop::{Error, Result};
 use hedgehop_query::{
     Contour, GroundMap, Hillshade, MapExtent, Sheet, contour_range, contours, fitting_interval,
@@ -116,7 +116,7 @@ pub fn run(args: &ContoursArgs, interrupt: &Interrupt) -> Outcome {
         None if form != Form::Lines => finer_than(extent.pixel, header),
         None => 0,
     };
-    let (low, high) = header.height_range;
+    let HeightRange { low, high } = header.height_range;
     let interval = args.interval.unwrap_or_else(|| fitting_interval(low, high));
     maps::check_output(&args.output, &[&args.area])?;
     let found = contours(&source, level, bounds, interval, &reporter)?;

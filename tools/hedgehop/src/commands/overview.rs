@@ -198,7 +198,7 @@ fn camera(header: &Header, places: &[DVec2], longer: u32) -> Camera {
 /// A view from above of so many pixels about a place, each so many metres wide.
 fn look_down(header: &Header, middle: DVec2, metres: f64, [width, height]: [u32; 2]) -> Camera {
     let attitude = Attitude { yaw: 0.0, pitch: -90.0, roll: 0.0 };
-    let pose = Pose { eye: middle.extend(header.height_range.1 + 1.0), attitude, hfov: 60.0 };
+    let pose = Pose { eye: middle.extend(header.height_range.high + 1.0), attitude, hfov: 60.0 };
     Camera::with_screen(pose, Screen::Orthographic { width: f64::from(width) * metres }, width, height)
 }
 
