@@ -3,8 +3,9 @@
 //! Places are drawn along the strip and across it, from its middle: the first northward, the second eastward, metres. Where the taxiway leaves the strip, the
 //! ground beside it is as high as that.
 
-use crate::features::{Feature, Geometry};
-use crate::outline::Place;
+use glam::{DVec2, dvec2};
+
+use crate::features::{Feature, Geometry, Tag};
 use crate::sites;
 
 /// Along and across the strip: least and greatest.
@@ -23,12 +24,12 @@ pub fn buildings() -> Vec<Feature> {
         Feature::new(
             Geometry::Polygon(corners(area).to_vec()),
             [
-                ("building", kind.into()),
-                ("height", height.into()),
-                ("roof:shape", shape.into()),
-                ("roof:height", roof.into()),
-                ("building:colour", wall.into()),
-                ("roof:colour", top.into()),
+                Tag::new("building", kind),
+                Tag::new("height", height),
+                Tag::new("roof:shape", shape),
+                Tag::new("roof:height", roof),
+                Tag::new("building:colour", wall),
+                Tag::new("roof:colour", top),
             ],
         )
     };
@@ -39,12 +40,12 @@ pub fn buildings() -> Vec<Feature> {
         building(CLUBHOUSE, "clubhouse", [6.8, 3.2], "hipped", ["#ded6c2", "#8e4f3a"]),
     ];
     let uprights = [
-        ((168.0, 62.0), "tower", 12.0, 4.0),
-        ((79.0, 60.0), "storage_tank", 3.2, 5.0),
-        ((90.0, 33.0), "mast", 7.0, 0.3),
+        (dvec2(168.0, 62.0), "tower", 12.0, 4.0),
+        (dvec2(79.0, 60.0), "storage_tank", 3.2, 5.0),
+        (dvec2(90.0, 33.0), "mast", 7.0, 0.3),
     ];
     features.extend(uprights.map(|(place, kind, height, diameter)| {
-        let tags = [("man_made", kind.into()), ("height", height.into()), ("diameter", diameter.into())];
+        let tags = [Tag::new("man_made", kind), Tag::new("height", height), Tag::new("diameter", diameter)];
         Feature::new(Geometry::Point(georeferenced(place)), tags)
     }));
 
@@ -53,37 +54,37 @@ pub fn buildings() -> Vec<Feature> {
 
 /// The apron.
 pub fn grounds() -> Vec<Feature> {
-    let tags = [("aeroway", "apron".into()), ("surface", "concrete".into())];
+    let tags = [Tag::new("aeroway", "apron"), Tag::new("surface", "concrete")];
     vec![Feature::new(Geometry::Polygon(corners(APRON).to_vec()), tags)]
 }
 
 /// The way from the strip to the apron, a lane between the buildings, and the fence.
 pub fn ways() -> Vec<Feature> {
-    let line = |places: &[Place]| Geometry::Line(places.iter().map(|&place| georeferenced(place)).collect());
+    let line = |places: &[DVec2]| Geometry::Line(places.iter().map(|&place| georeferenced(place)).collect());
     let [[south, north], [west, east]] = FENCE;
     vec![
         Feature::new(
-            line(&[(150.0, sites::STRIP_SIZE.1 / 2.0 - 3.0), (150.0, APRON[1][0] + 2.0)]),
-            [("aeroway", "taxiway".into()), ("surface", "asphalt".into()), ("width", 10.0.into())],
+            line(&[dvec2(150.0, sites::STRIP_SIZE.y / 2.0 - 3.0), dvec2(150.0, APRON[1][0] + 2.0)]),
+            [Tag::new("aeroway", "taxiway"), Tag::new("surface", "asphalt"), Tag::new("width", 10.0)],
         ),
         Feature::new(
-            line(&[(143.0, APRON[1][1] - 2.0), (143.0, east - 5.0)]),
-            [("highway", "service".into()), ("surface", "asphalt".into()), ("width", 4.0.into())],
+            line(&[dvec2(143.0, APRON[1][1] - 2.0), dvec2(143.0, east - 5.0)]),
+            [Tag::new("highway", "service"), Tag::new("surface", "asphalt"), Tag::new("width", 4.0)],
         ),
         Feature::new(
-            line(&[(south, west), (south, east), (north, east), (north, west)]),
-            [("barrier", "fence".into()), ("height", 1.6.into())],
+            line(&[dvec2(south, west), dvec2(south, east), dvec2(north, east), dvec2(north, west)]),
+            [Tag::new("barrier", "fence"), Tag::new("height", 1.6)],
         ),
     ]
 }
 
 /// Corners counterclockwise, metres in the area.
-pub fn corners([[south, north], [west, east]]: Area) -> [Place; 4] {
-    [(south, west), (south, east), (north, east), (north, west)].map(georeferenced)
+pub fn corners([[south, north], [west, east]]: Area) -> [DVec2; 4] {
+    [dvec2(south, west), dvec2(south, east), dvec2(north, east), dvec2(north, west)].map(georeferenced)
 }
 
-/// A place in the area, metres.
-fn georeferenced((along, across): Place) -> Place {
+/// Returns the place in the area, metres, of one that is drawn along and across the strip.
+fn georeferenced(DVec2 { x: along, y: across }: DVec2) -> DVec2 {
     let (s, c) = sites::STRIP_DIRECTION.to_radians().sin_cos();
-    (sites::STRIP.0 + along * s + across * c, sites::STRIP.1 + along * c - across * s)
+    dvec2(sites::STRIP.x + along * s + across * c, sites::STRIP.y + along * c - across * s)
 }

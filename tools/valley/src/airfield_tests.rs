@@ -1,15 +1,16 @@
 //! The airfield and its GeoPackage against the ground that it stands on.
 
+use glam::DVec2;
 use rusqlite::{Connection, MAIN_DB};
 
 use crate::features::{Feature, Geometry};
 use crate::geotiff::ORIGIN;
 use crate::grid::{around, sample};
-use crate::outline::{Place, area};
+use crate::outline::area;
 use crate::tests::SAMPLE;
 use crate::{airfield, files, roads, sites};
 
-fn corners(feature: &Feature) -> Vec<Place> {
+fn corners(feature: &Feature) -> Vec<DVec2> {
     match &feature.geometry {
         Geometry::Point(place) => vec![*place],
         Geometry::Line(places) | Geometry::Polygon(places) => places.clone(),
@@ -26,9 +27,9 @@ fn airfield_stands_beside_the_strip_on_free_and_nearly_level_ground() {
         }
         let is_taxiway = feature.text("aeroway") == Some("taxiway");
 
-        for (x, y) in corners(feature) {
+        for DVec2 { x, y } in corners(feature) {
             let is_on_strip = matches!(sites::kept(x, y), Some(sites::Kept::Strip { .. }));
-            assert!(!is_on_strip || is_taxiway, "{:?} on the strip at {x}, {y}", feature.tags[0].0);
+            assert!(!is_on_strip || is_taxiway, "{:?} on the strip at {x}, {y}", feature.tags[0].key);
             for pixel in around(x, y, 3.0) {
                 assert!(roads::outside(&SAMPLE.roads, pixel) > 3.0, "on a road at {x}, {y}");
                 assert!(SAMPLE.water.outside[pixel] > 3.0, "in water at {x}, {y}");
@@ -62,10 +63,10 @@ fn a_geopackage_has_its_tables_rows_and_places() {
             let question = format!("SELECT {column} FROM gpkg_contents WHERE table_name = '{name}'");
             base.query_row(&question, [], |row| row.get::<_, f64>(0)).unwrap()
         });
-        let places: Vec<Place> = features.iter().flat_map(corners).collect();
-        let least = places.iter().map(|place| place.0).fold(f64::INFINITY, f64::min);
-        let most = places.iter().map(|place| place.1).fold(f64::NEG_INFINITY, f64::max);
-        assert!((west - ORIGIN.0 - least).abs() < 0.006 && (north - ORIGIN.1 - most).abs() < 0.006, "{name}");
+        let places: Vec<DVec2> = features.iter().flat_map(corners).collect();
+        let least = places.iter().map(|place| place.x).fold(f64::INFINITY, f64::min);
+        let most = places.iter().map(|place| place.y).fold(f64::NEG_INFINITY, f64::max);
+        assert!((west - ORIGIN.x - least).abs() < 0.006 && (north - ORIGIN.y - most).abs() < 0.006, "{name}");
     }
 
     let height: f64 = base

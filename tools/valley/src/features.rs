@@ -2,15 +2,16 @@
 
 use std::fmt::Write;
 
+use glam::DVec2;
+
 use crate::geotiff::ORIGIN;
-use crate::outline::Place;
 
 /// Form of a feature, metres in the area.
 pub enum Geometry {
-    Point(Place),
-    Line(Vec<Place>),
+    Point(DVec2),
+    Line(Vec<DVec2>),
     /// One ring, counterclockwise, the first place not repeated.
-    Polygon(Vec<Place>),
+    Polygon(Vec<DVec2>),
 }
 
 /// Value of a tag.
@@ -37,22 +38,37 @@ impl From<f64> for Value {
     }
 }
 
+/// A property of a feature.
+pub struct Tag {
+    /// Name of the property.
+    pub key: &'static str,
+    /// Value of the property.
+    pub value: Value,
+}
+
+impl Tag {
+    /// Gives a property a value.
+    pub fn new(key: &'static str, value: impl Into<Value>) -> Self {
+        Self { key, value: value.into() }
+    }
+}
+
 /// One row of the map.
 pub struct Feature {
     pub geometry: Geometry,
-    pub tags: Vec<(&'static str, Value)>,
+    pub tags: Vec<Tag>,
 }
 
 impl Feature {
-    pub fn new<const N: usize>(geometry: Geometry, tags: [(&'static str, Value); N]) -> Self {
+    pub fn new<const N: usize>(geometry: Geometry, tags: [Tag; N]) -> Self {
         Self { geometry, tags: tags.into() }
     }
 
     /// Returns the value of a tag, if it is a text.
     #[cfg(test)]
     pub fn text(&self, key: &str) -> Option<&str> {
-        self.tags.iter().find_map(|(name, value)| match value {
-            Value::Text(text) if *name == key => Some(text.as_str()),
+        self.tags.iter().find_map(|tag| match &tag.value {
+            Value::Text(text) if tag.key == key => Some(text.as_str()),
             _ => None,
         })
     }
@@ -60,8 +76,8 @@ impl Feature {
     /// Returns the value of a tag, if it is a number.
     #[cfg(test)]
     pub fn number(&self, key: &str) -> Option<f64> {
-        self.tags.iter().find_map(|(name, value)| match value {
-            Value::Number(number) if *name == key => Some(*number),
+        self.tags.iter().find_map(|tag| match tag.value {
+            Value::Number(number) if tag.key == key => Some(number),
             _ => None,
         })
     }
@@ -72,11 +88,11 @@ fn hundredths(value: f64) -> f64 {
     (value * 100.0).round() / 100.0
 }
 
-fn position((x, y): Place) -> String {
-    format!("[{},{}]", hundredths(ORIGIN.0 + x), hundredths(ORIGIN.1 + y))
+fn position(DVec2 { x, y }: DVec2) -> String {
+    format!("[{},{}]", hundredths(ORIGIN.x + x), hundredths(ORIGIN.y + y))
 }
 
-fn positions(places: &[Place]) -> String {
+fn positions(places: &[DVec2]) -> String {
     places.iter().map(|&place| position(place)).collect::<Vec<_>>().join(",")
 }
 
@@ -96,13 +112,13 @@ fn line(feature: &Feature) -> String {
         Geometry::Point(place) => ("Point", position(*place)),
         Geometry::Line(places) => ("LineString", format!("[{}]", positions(places))),
         Geometry::Polygon(ring) => {
-            let closed: Vec<Place> = ring.iter().chain(ring.first()).copied().collect();
+            let closed: Vec<DVec2> = ring.iter().chain(ring.first()).copied().collect();
             ("Polygon", format!("[[{}]]", positions(&closed)))
         }
     };
 
     let mut tags = String::new();
-    for (k, (key, value)) in feature.tags.iter().enumerate() {
+    for (k, Tag { key, value }) in feature.tags.iter().enumerate() {
         let comma = if k == 0 { "" } else { "," };
         let written = match value {
             Value::Text(text) => write!(tags, "{comma}\"{key}\":\"{text}\""),

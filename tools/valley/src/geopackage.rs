@@ -9,12 +9,12 @@
 use std::collections::BTreeMap;
 use std::error::Error;
 
+use glam::DVec2;
 use rusqlite::types::{Null, ToSql};
 use rusqlite::{Connection, MAIN_DB, params_from_iter};
 
-use crate::features::{Feature, Geometry, Value};
+use crate::features::{Feature, Geometry, Tag, Value};
 use crate::geotiff::ORIGIN;
-use crate::outline::Place;
 
 /// WGS 84, UTM zone 32 north.
 const SYSTEM: i32 = 32632;
@@ -32,8 +32,16 @@ CREATE TABLE gpkg_geometry_columns (table_name TEXT NOT NULL, column_name TEXT N
 INSERT INTO gpkg_spatial_ref_sys VALUES ('Undefined Cartesian', -1, 'NONE', -1, 'undefined', NULL), ('Undefined geographic', 0, 'NONE', 0, 'undefined', NULL);
 ";
 
-/// The file's bytes: tables by name.
-pub fn encode(tables: &[(&str, Vec<Feature>)]) -> Result<Vec<u8>, Box<dyn Error>> {
+/// A table of the file.
+pub struct FeatureTable {
+    /// Name of the table.
+    pub name: &'static str,
+    /// Rows of the table.
+    pub features: Vec<Feature>,
+}
+
+/// Encodes tables as the file's bytes.
+pub fn encode(tables: &[FeatureTable]) -> Result<Vec<u8>, Box<dyn Error>> {
     let mut base = Connection::open_in_memory()?;
     base.execute_batch(TABLES)?;
     for (name, system, definition) in [("WGS 84", 4326, WGS_84), ("WGS 84 / UTM zone 32N", SYSTEM, WKT)] {
@@ -42,16 +50,16 @@ pub fn encode(tables: &[(&str, Vec<Feature>)]) -> Result<Vec<u8>, Box<dyn Error>
             (name, system, definition),
         )?;
     }
-    for (name, features) in tables {
-        table(&base, name, features)?;
+    for FeatureTable { name, features } in tables {
+        write_table(&base, name, features)?;
     }
     Ok(base.serialize(MAIN_DB)?.to_vec())
 }
 
-fn table(base: &Connection, name: &str, features: &[Feature]) -> Result<(), Box<dyn Error>> {
+fn write_table(base: &Connection, name: &str, features: &[Feature]) -> Result<(), Box<dyn Error>> {
     // A tag is a number in all rows, or a text.
     let mut columns = BTreeMap::new();
-    for (key, value) in features.iter().flat_map(|feature| &feature.tags) {
+    for Tag { key, value } in features.iter().flat_map(|feature| &feature.tags) {
         let kind = if matches!(value, Value::Number(_)) { "REAL" } else { "TEXT" };
         if *columns.entry(*key).or_insert(kind) != kind {
             return Err(format!("table {name}: {key} is both a number and a text").into());
@@ -65,15 +73,15 @@ fn table(base: &Connection, name: &str, features: &[Feature]) -> Result<(), Box<
     let [mut low, mut high] = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
 
     for feature in features {
-        for (x, y) in places(&feature.geometry).into_iter().map(georeferenced) {
+        for DVec2 { x, y } in places(&feature.geometry).into_iter().map(georeferenced) {
             (low, high) = ([low[0].min(x), low[1].min(y)], [high[0].max(x), high[1].max(y)]);
         }
         let mut row: Vec<Box<dyn ToSql>> = vec![Box::new(geometry(&feature.geometry)?)];
 
         for column in columns.keys() {
-            row.push(match feature.tags.iter().find(|(key, _)| key == column) {
-                Some((_, Value::Text(text))) => Box::new(text.clone()),
-                Some((_, Value::Number(number))) => Box::new((number * 100.0).round() / 100.0),
+            row.push(match feature.tags.iter().find(|tag| tag.key == *column).map(|tag| &tag.value) {
+                Some(Value::Text(text)) => Box::new(text.clone()),
+                Some(Value::Number(number)) => Box::new((number * 100.0).round() / 100.0),
                 None => Box::new(Null),
             });
         }
@@ -96,12 +104,12 @@ fn table(base: &Connection, name: &str, features: &[Feature]) -> Result<(), Box<
 }
 
 /// A place of the reference system, in hundredths of a metre.
-fn georeferenced((x, y): Place) -> Place {
+fn georeferenced(place: DVec2) -> DVec2 {
     let hundredths = |metres: f64| (metres * 100.0).round() / 100.0;
-    (hundredths(ORIGIN.0 + x), hundredths(ORIGIN.1 + y))
+    (ORIGIN + place).map(hundredths)
 }
 
-fn places(geometry: &Geometry) -> Vec<Place> {
+fn places(geometry: &Geometry) -> Vec<DVec2> {
     match geometry {
         Geometry::Point(place) => vec![*place],
         Geometry::Line(line) => line.clone(),
@@ -122,6 +130,8 @@ fn geometry(geometry: &Geometry) -> Result<Vec<u8>, Box<dyn Error>> {
         Geometry::Polygon(_) => vec![3, 1, count],
     };
     bytes.extend(numbers.into_iter().flat_map(u32::to_le_bytes));
-    bytes.extend(places.into_iter().map(georeferenced).flat_map(|(x, y)| [x, y]).flat_map(f64::to_le_bytes));
+    bytes.extend(
+        places.into_iter().map(georeferenced).flat_map(|place| place.to_array()).flat_map(f64::to_le_bytes),
+    );
     Ok(bytes)
 }

@@ -7,6 +7,7 @@ use std::error::Error;
 use std::io::{Cursor, Write};
 
 use flate2::{Compression, write::ZlibEncoder};
+use glam::{DVec2, dvec2};
 use tiff::encoder::TiffEncoder;
 use tiff::tags::Tag;
 
@@ -15,7 +16,7 @@ use crate::grid::{SIDE, SIZE, SPACING};
 /// Side of a tile, pixels; divides the raster.
 const TILE: usize = 256;
 /// Easting and northing of the area's south-west corner, UTM zone 32 north.
-pub const ORIGIN: (f64, f64) = (612_000.0, 5_241_000.0);
+pub const ORIGIN: DVec2 = dvec2(612_000.0, 5_241_000.0);
 
 /// Samples of one kind, pixel-interleaved, rows from the north.
 pub enum Samples<'a> {
@@ -99,7 +100,7 @@ pub fn encode(samples: &Samples<'_>) -> Result<Vec<u8>, Box<dyn Error>> {
     directory.write_tag(Tag::TileByteCounts, counts.as_slice())?;
     directory.write_tag(Tag::SampleFormat, vec![format; samples.bands()].as_slice())?;
     directory.write_tag(Tag::ModelPixelScaleTag, [SPACING, SPACING, 0.0].as_slice())?;
-    directory.write_tag(Tag::ModelTiepointTag, [0.0, 0.0, 0.0, ORIGIN.0, ORIGIN.1 + SIDE, 0.0].as_slice())?;
+    directory.write_tag(Tag::ModelTiepointTag, [0.0, 0.0, 0.0, ORIGIN.x, ORIGIN.y + SIDE, 0.0].as_slice())?;
 
     match samples {
         Samples::Heights(_) => {

@@ -1,5 +1,7 @@
 //! The raster that everything is drawn on, and the lines that cross it.
 
+use glam::DVec2;
+
 /// Columns and rows.
 pub const SIZE: usize = 1024;
 /// Side of a pixel, metres.
@@ -59,10 +61,10 @@ pub struct Near {
 }
 
 /// Measures every pixel within `reach` metres against the line through `vertices`.
-pub fn near(vertices: &[(f64, f64)], reach: f64) -> Near {
+pub fn near(vertices: &[DVec2], reach: f64) -> Near {
     let mut near = Near { distance: vec![f64::INFINITY; PIXELS], along: vec![0.0; PIXELS] };
     for (k, pair) in vertices.windows(2).enumerate() {
-        let [(ax, ay), (bx, by)] = [pair[0], pair[1]];
+        let [DVec2 { x: ax, y: ay }, DVec2 { x: bx, y: by }] = [pair[0], pair[1]];
         let (dx, dy) = (bx - ax, by - ay);
         let length = dx.hypot(dy);
         for pixel in around((ax + bx) / 2.0, (ay + by) / 2.0, reach + length / 2.0) {
@@ -79,18 +81,18 @@ pub fn near(vertices: &[(f64, f64)], reach: f64) -> Near {
 }
 
 /// Points about `step` metres apart on a smooth line (Catmull and Rom 1974, uniform: for knots that are about evenly spaced) through `knots`.
-pub fn spline(knots: &[(f64, f64)], step: f64) -> Vec<(f64, f64)> {
+pub fn spline(knots: &[DVec2], step: f64) -> Vec<DVec2> {
     let last = knots.len() - 1;
     let mut points = Vec::new();
     for k in 0..last {
         let (p0, p1, p2, p3) = (knots[k.saturating_sub(1)], knots[k], knots[k + 1], knots[(k + 2).min(last)]);
-        let count = ((p2.0 - p1.0).hypot(p2.1 - p1.1) / step).ceil().max(1.0) as usize;
+        let count = ((p2.x - p1.x).hypot(p2.y - p1.y) / step).ceil().max(1.0) as usize;
         for i in 0..count {
             let t = i as f64 / count as f64;
             let blend = |a: f64, b: f64, c: f64, d: f64| {
                 b + 0.5 * t * (c - a + t * (2.0 * a - 5.0 * b + 4.0 * c - d + t * (3.0 * (b - c) + d - a)))
             };
-            points.push((blend(p0.0, p1.0, p2.0, p3.0), blend(p0.1, p1.1, p2.1, p3.1)));
+            points.push(DVec2 { x: blend(p0.x, p1.x, p2.x, p3.x), y: blend(p0.y, p1.y, p2.y, p3.y) });
         }
     }
     points.push(knots[last]);

@@ -40,6 +40,7 @@ mod water;
 use std::error::Error;
 use std::path::PathBuf;
 
+use crate::geopackage::FeatureTable;
 use crate::sample::Sample;
 
 /// The files' names and contents.
@@ -75,8 +76,11 @@ fn files(sample: &Sample) -> Result<Files, Box<dyn Error>> {
     let places = path::fly(&valley.surface);
     let heights: Vec<f32> = valley.bare.iter().map(|&height| height as f32).collect();
     let classes: Vec<u8> = valley.classes.iter().map(|&class| class as u8).collect();
-    let airfield =
-        [("buildings", airfield::buildings()), ("grounds", airfield::grounds()), ("ways", airfield::ways())];
+    let airfield = [
+        FeatureTable { name: "buildings", features: airfield::buildings() },
+        FeatureTable { name: "grounds", features: airfield::grounds() },
+        FeatureTable { name: "ways", features: airfield::ways() },
+    ];
     let vineyard = shapefile::encode(&vineyard::draw())?;
 
     Ok([

@@ -1,10 +1,12 @@
 //! The map of the valley: what stands and lies on the ground, by OpenStreetMap's tags.
 
-use crate::features::{Feature, Geometry, Value};
+use glam::{DVec2, dvec2};
+
+use crate::features::{Feature, Geometry, Tag, Value};
 use crate::grid::{PIXELS, SIDE, around, centre};
 use crate::land::Tree;
 use crate::noise::uniform;
-use crate::outline::{self, Place};
+use crate::outline;
 use crate::palette::colour;
 use crate::roads::{self, Road};
 use crate::sample::Sample;
@@ -40,10 +42,10 @@ pub fn draw(sample: &Sample) -> Vec<Feature> {
     features.push(Feature::new(
         line,
         [
-            ("power", "line".into()),
-            ("voltage", "110000".into()),
-            ("cables", "6".into()),
-            ("height", PYLON.into()),
+            Tag::new("power", "line"),
+            Tag::new("voltage", "110000"),
+            Tag::new("cables", "6"),
+            Tag::new("height", PYLON),
         ],
     ));
 
@@ -83,20 +85,23 @@ fn building(building: &Building) -> Feature {
 
     let geometry = Geometry::Polygon(building.corners(0.0).to_vec());
     let shade = 0.25 * (uniform(building.x as i64, building.y as i64, 730) - 0.5);
-    let mut tags = vec![("building", word.into())];
+    let mut tags = vec![Tag::new("building", word)];
     if shape == "flat" {
         let levels = (building.eaves / 3.0).round().max(2.0);
-        tags.extend([("building:levels", levels.into()), ("height", (3.0 * levels).into())]);
+        tags.extend([Tag::new("building:levels", levels), Tag::new("height", 3.0 * levels)]);
     } else {
-        tags.extend([("height", (building.eaves + building.roof).into())]);
+        tags.extend([Tag::new("height", building.eaves + building.roof)]);
     }
 
-    tags.push(("roof:shape", shape.into()));
+    tags.push(Tag::new("roof:shape", shape));
     if shape != "flat" {
-        tags.push(("roof:height", building.roof.into()));
+        tags.push(Tag::new("roof:height", building.roof));
     }
 
-    tags.extend([("building:colour", hex(walls)), ("roof:colour", hex(colour(building.material, shade)))]);
+    tags.extend([
+        Tag::new("building:colour", hex(walls)),
+        Tag::new("roof:colour", hex(colour(building.material, shade))),
+    ]);
     Feature { geometry, tags }
 }
 
@@ -108,7 +113,7 @@ fn ways(number: usize, road: &Road, water: &Water, bare: &[f64]) -> Vec<Feature>
         4 => ("track", "V 2"),
         _ => ("track", ""),
     };
-    let inside = |&(x, y): &Place| (0.0..=SIDE).contains(&x) && (0.0..=SIDE).contains(&y);
+    let inside = |&DVec2 { x, y }: &DVec2| (0.0..=SIDE).contains(&x) && (0.0..=SIDE).contains(&y);
     let first = road.line.iter().position(inside).unwrap_or(0);
     let last = road.line.iter().rposition(inside).unwrap_or(road.line.len() - 1);
 
@@ -123,15 +128,15 @@ fn ways(number: usize, road: &Road, water: &Water, bare: &[f64]) -> Vec<Feature>
     cuts.push((last, false));
     let part = |pair: &[(usize, bool)]| {
         let line = outline::simplified(&road.line[pair[0].0..=pair[1].0], 0.15);
-        let mut tags = vec![("highway", class.into()), ("width", (2.0 * road.half).into())];
+        let mut tags = vec![Tag::new("highway", class), Tag::new("width", 2.0 * road.half)];
         if !name.is_empty() {
-            tags.push(("ref", name.into()));
+            tags.push(Tag::new("ref", name));
         }
         if !road.paved {
-            tags.push(("surface", "gravel".into()));
+            tags.push(Tag::new("surface", "gravel"));
         }
         if pair[0].1 {
-            tags.extend([("bridge", "yes".into()), ("layer", 1.0.into())]);
+            tags.extend([Tag::new("bridge", "yes"), Tag::new("layer", 1.0)]);
         }
 
         Feature { geometry: Geometry::Line(line), tags }
@@ -145,11 +150,11 @@ fn strip() -> Feature {
     Feature::new(
         line,
         [
-            ("aeroway", "runway".into()),
-            ("ref", "02/20".into()),
-            ("surface", "grass".into()),
-            ("colour", "#6b8244".into()),
-            ("width", sites::STRIP_SIZE.1.into()),
+            Tag::new("aeroway", "runway"),
+            Tag::new("ref", "02/20"),
+            Tag::new("surface", "grass"),
+            Tag::new("colour", "#6b8244"),
+            Tag::new("width", sites::STRIP_SIZE.y),
         ],
     )
 }
@@ -158,12 +163,12 @@ fn strip() -> Feature {
 fn waters(water: &Water) -> Vec<Feature> {
     let lake = outline::rings(|pixel| water.beside_lake[pixel], 0.7);
     let river = outline::rings(|pixel| water.outside[pixel].max(-water.beside_lake[pixel]), 0.7);
-    let large = |ring: &Vec<Place>| outline::area(ring) > 300.0;
+    let large = |ring: &Vec<DVec2>| outline::area(ring) > 300.0;
     let lake = lake.into_iter().filter(large).map(|ring| {
-        Feature::new(Geometry::Polygon(ring), [("natural", "water".into()), ("water", "lake".into())])
+        Feature::new(Geometry::Polygon(ring), [Tag::new("natural", "water"), Tag::new("water", "lake")])
     });
     let river = river.into_iter().filter(large).map(|ring| {
-        Feature::new(Geometry::Polygon(ring), [("natural", "water".into()), ("water", "river".into())])
+        Feature::new(Geometry::Polygon(ring), [Tag::new("natural", "water"), Tag::new("water", "river")])
     });
     lake.chain(river).collect()
 }
@@ -171,12 +176,12 @@ fn waters(water: &Water) -> Vec<Feature> {
 fn tree(tree: &Tree) -> Feature {
     let leaf = if tree.conifer { "needleleaved" } else { "broadleaved" };
     Feature::new(
-        Geometry::Point((tree.x, tree.y)),
+        Geometry::Point(dvec2(tree.x, tree.y)),
         [
-            ("natural", "tree".into()),
-            ("height", tree.tall.into()),
-            ("diameter_crown", (2.0 * tree.radius).into()),
-            ("leaf_type", leaf.into()),
+            Tag::new("natural", "tree"),
+            Tag::new("height", tree.tall),
+            Tag::new("diameter_crown", 2.0 * tree.radius),
+            Tag::new("leaf_type", leaf),
         ],
     )
 }
@@ -184,24 +189,24 @@ fn tree(tree: &Tree) -> Feature {
 /// Tanks and a silo on their yard, a mast on its hill, a chimney beside a barn.
 fn works(bare: &[f64], buildings: &[Building], roads: &[Road]) -> Vec<Feature> {
     let [west, south, east, north] = sites::TANKS;
-    let upright = |place: Place, kind: &str, height: f64, diameter: f64| {
-        let tags = [("man_made", kind.into()), ("height", height.into()), ("diameter", diameter.into())];
+    let upright = |place: DVec2, kind: &str, height: f64, diameter: f64| {
+        let tags = [Tag::new("man_made", kind), Tag::new("height", height), Tag::new("diameter", diameter)];
         Feature::new(Geometry::Point(place), tags)
     };
 
     let mut works = vec![
-        upright((west + 15.0, south + 17.0), "storage_tank", 9.0, 16.0),
-        upright((east - 15.0, south + 17.0), "storage_tank", 9.0, 16.0),
-        upright((west + 13.0, north - 11.0), "silo", 17.0, 6.0),
+        upright(dvec2(west + 15.0, south + 17.0), "storage_tank", 9.0, 16.0),
+        upright(dvec2(east - 15.0, south + 17.0), "storage_tank", 9.0, 16.0),
+        upright(dvec2(west + 13.0, north - 11.0), "silo", 17.0, 6.0),
         upright(hilltop(bare), "mast", MAST, 1.2),
     ];
     let beside = |barn: &Building, side: f64| {
-        let away = side * (barn.half.0 + 2.5);
-        (barn.x + away * barn.axis.0, barn.y + away * barn.axis.1)
+        let away = side * (barn.half.x + 2.5);
+        dvec2(barn.x + away * barn.axis.x, barn.y + away * barn.axis.y)
     };
     let barns = buildings.iter().filter(|building| building.kind == Use::Barn);
     let mut places = barns.flat_map(|barn| [beside(barn, 1.0), beside(barn, -1.0)]);
-    if let Some(place) = places.find(|&(x, y)| free(buildings, roads, 1.2, x, y)) {
+    if let Some(place) = places.find(|place| free(buildings, roads, 1.2, place.x, place.y)) {
         works.push(upright(place, "chimney", 14.0, 1.6));
     }
 
@@ -209,11 +214,10 @@ fn works(bare: &[f64], buildings: &[Building], roads: &[Road]) -> Vec<Feature> {
 }
 
 /// The highest ground near the place of the mast.
-pub fn hilltop(bare: &[f64]) -> Place {
-    let (x, y) = sites::MAST;
-    let pixels = around(x, y, 40.0).filter(|&pixel| pixel < PIXELS);
+pub fn hilltop(bare: &[f64]) -> DVec2 {
+    let pixels = around(sites::MAST.x, sites::MAST.y, 40.0).filter(|&pixel| pixel < PIXELS);
     let highest = pixels.max_by(|&a, &b| bare[a].total_cmp(&bare[b]));
-    highest.map_or((x, y), centre)
+    highest.map_or(sites::MAST, |pixel| centre(pixel).into())
 }
 
 /// Whether a place is `margin` metres off all buildings and roads, and off what sites keep.
@@ -225,8 +229,8 @@ fn free(buildings: &[Building], roads: &[Road], margin: f64, x: f64, y: f64) -> 
 
 /// The wall of the churchyard, hedges along the village's rim, the fence around the tanks.
 fn barriers(buildings: &[Building], roads: &[Road]) -> Vec<Feature> {
-    let barrier = |line: Vec<Place>, kind: &str, height: f64| {
-        Feature::new(Geometry::Line(line), [("barrier", kind.into()), ("height", height.into())])
+    let barrier = |line: Vec<DVec2>, kind: &str, height: f64| {
+        Feature::new(Geometry::Line(line), [Tag::new("barrier", kind), Tag::new("height", height)])
     };
     let free = |x: f64, y: f64| free(buildings, roads, 1.5, x, y);
     let church = buildings.iter().find(|building| building.kind == Use::Church);
@@ -236,7 +240,7 @@ fn barriers(buildings: &[Building], roads: &[Road]) -> Vec<Feature> {
     });
     let walls = outline::free_parts(&yard, 8.0, free).into_iter().map(|line| barrier(line, "wall", 1.2));
 
-    let rim = |from: i32, to: i32| -> Vec<Place> {
+    let rim = |from: i32, to: i32| -> Vec<DVec2> {
         let round = (from..=to).step_by(6).map(|degrees| {
             let (s, c) = f64::from(degrees).to_radians().sin_cos();
             let along = -310.0 + 250.0 * c;
@@ -250,12 +254,12 @@ fn barriers(buildings: &[Building], roads: &[Road]) -> Vec<Feature> {
     let [west, south, east, north] = sites::TANKS;
 
     let fence = vec![
-        (west, south + 20.0),
-        (west, south),
-        (east, south),
-        (east, north),
-        (west, north),
-        (west, south + 30.0),
+        dvec2(west, south + 20.0),
+        dvec2(west, south),
+        dvec2(east, south),
+        dvec2(east, north),
+        dvec2(west, north),
+        dvec2(west, south + 30.0),
     ];
 
     walls

@@ -2,12 +2,14 @@
 
 use std::io::Cursor;
 
+use glam::{DVec2, DVec3, dvec2};
+
 use crate::features::{Feature, Geometry};
 use crate::geotiff::ORIGIN;
 use crate::grid::{SIDE, around, sample};
 use crate::land_cover::Class;
 use crate::map::{self, MAST, PYLON};
-use crate::outline::{Place, area};
+use crate::outline::area;
 use crate::tests::{SAMPLE, densely};
 use crate::{path, roads, scan, sites};
 
@@ -15,29 +17,29 @@ fn features() -> Vec<Feature> {
     map::draw(&SAMPLE)
 }
 
-fn distance(a: Place, b: Place) -> f64 {
-    (a.0 - b.0).hypot(a.1 - b.1)
+fn distance(a: DVec2, b: DVec2) -> f64 {
+    (a.x - b.x).hypot(a.y - b.y)
 }
 
 /// Whether two segments cross: the ends of each lie on both sides of the other.
-fn cross(a: [Place; 2], b: [Place; 2]) -> bool {
-    let side = |[p, q]: [Place; 2], r: Place| (q.0 - p.0) * (r.1 - p.1) - (q.1 - p.1) * (r.0 - p.0);
+fn cross(a: [DVec2; 2], b: [DVec2; 2]) -> bool {
+    let side = |[p, q]: [DVec2; 2], r: DVec2| (q.x - p.x) * (r.y - p.y) - (q.y - p.y) * (r.x - p.x);
     side(a, b[0]) * side(a, b[1]) < 0.0 && side(b, a[0]) * side(b, a[1]) < 0.0
 }
 
 /// Places of a feature a metre apart, corners included.
-fn places(feature: &Feature) -> Vec<Place> {
+fn places(feature: &Feature) -> Vec<DVec2> {
     let line = match &feature.geometry {
         Geometry::Point(place) => return vec![*place],
         Geometry::Line(line) => line.clone(),
         Geometry::Polygon(ring) => ring.iter().chain(ring.first()).copied().collect(),
     };
-    let between = |pair: &[Place]| {
+    let between = |pair: &[DVec2]| {
         let (a, b) = (pair[0], pair[1]);
         let count = distance(a, b).ceil() as usize;
         (0..=count).map(move |k| {
             let t = k as f64 / count as f64;
-            (a.0 + t * (b.0 - a.0), a.1 + t * (b.1 - a.1))
+            a + t * (b - a)
         })
     };
     line.windows(2).flat_map(between).collect()
@@ -82,7 +84,7 @@ fn rings_run_counterclockwise_and_do_not_cross_themselves() {
 #[test]
 fn water_lies_where_it_is_drawn() {
     let features = features();
-    let rings: Vec<&Vec<Place>> = features
+    let rings: Vec<&Vec<DVec2>> = features
         .iter()
         .filter(|feature| feature.text("natural") == Some("water"))
         .filter_map(|feature| match &feature.geometry {
@@ -95,10 +97,10 @@ fn water_lies_where_it_is_drawn() {
     let wet = SAMPLE.water.outside.iter().filter(|&&outside| outside <= 0.0).count() as f64 * 6.25;
     assert!((total / wet - 1.0).abs() < 0.02, "{total} m² of {wet} m²");
     for place in rings.into_iter().flatten() {
-        let pixel = around(place.0.min(SIDE - 1.0), place.1.max(1.0), 0.0).next().unwrap();
+        let pixel = around(place.x.min(SIDE - 1.0), place.y.max(1.0), 0.0).next().unwrap();
         // Rings also run where river and lake meet.
         let off = SAMPLE.water.outside[pixel].abs().min(SAMPLE.water.beside_lake[pixel].abs());
-        let at_edge = [place.0, place.1].into_iter().any(|metres| !(2.6..SIDE - 2.6).contains(&metres));
+        let at_edge = place.to_array().into_iter().any(|metres| !(2.6..SIDE - 2.6).contains(&metres));
         assert!(off < 3.6 || at_edge, "{off} m off the shore at {place:?}");
     }
 }
@@ -111,10 +113,10 @@ fn buildings_stand_beside_each_other_roads_and_water() {
             assert!(!building.overlaps(other), "{}, {}", building.x, building.y);
         }
         for road in &SAMPLE.roads {
-            let hit = road.line.iter().any(|&(x, y)| building.covers(x, y, road.half));
+            let hit = road.line.iter().any(|place| building.covers(place.x, place.y, road.half));
             assert!(!hit, "a road runs through {}, {}", building.x, building.y);
         }
-        for (x, y) in building.corners(0.0) {
+        for DVec2 { x, y } in building.corners(0.0) {
             let pixel = around(x, y, 0.0).next().unwrap();
             assert!(SAMPLE.water.outside[pixel] > 3.0, "in water at {x}, {y}");
         }
@@ -132,16 +134,16 @@ fn what_stands_is_free_of_roads_buildings_and_water() {
             _ => places(&feature),
         };
 
-        for (x, y) in stands.into_iter().filter(|_| solid || is_tree) {
+        for DVec2 { x, y } in stands.into_iter().filter(|_| solid || is_tree) {
             let pixel = around(x, y, 0.0).next().unwrap();
             assert!(
                 roads::outside(&SAMPLE.roads, pixel) > reach,
                 "{:?} on a road at {x}, {y}",
-                feature.tags[0].0
+                feature.tags[0].key
             );
-            assert!(SAMPLE.water.outside[pixel] > reach, "{:?} in water at {x}, {y}", feature.tags[0].0);
+            assert!(SAMPLE.water.outside[pixel] > reach, "{:?} in water at {x}, {y}", feature.tags[0].key);
             let inside = SAMPLE.valley.buildings.iter().any(|building| building.covers(x, y, reach));
-            assert!(!inside, "{:?} in a building at {x}, {y}", feature.tags[0].0);
+            assert!(!inside, "{:?} in a building at {x}, {y}", feature.tags[0].key);
         }
     }
 }
@@ -165,16 +167,16 @@ fn bridges_join_their_road_and_cross_the_water() {
         assert!(lines(false).any(|line| line.last() == Some(&first)));
         assert!(lines(false).any(|line| line.first() == Some(&last)));
         for place in [first, last] {
-            let pixel = around(place.0, place.1, 0.0).next().unwrap();
+            let pixel = around(place.x, place.y, 0.0).next().unwrap();
             assert!(SAMPLE.water.outside[pixel] > 8.0, "ends in the river at {place:?}");
         }
     }
 
     // Everywhere else roads stay dry, and below the bridge there is water.
     for feature in features.iter().filter(|feature| feature.text("highway").is_some()) {
-        let wet = places(feature)
-            .into_iter()
-            .any(|(x, y)| around(x, y, 0.0).next().is_some_and(|pixel| SAMPLE.water.outside[pixel] <= 0.0));
+        let wet = places(feature).into_iter().any(|place| {
+            around(place.x, place.y, 0.0).next().is_some_and(|pixel| SAMPLE.water.outside[pixel] <= 0.0)
+        });
         assert_eq!(wet, feature.text("bridge").is_some(), "{:?}", places(feature)[0]);
     }
 }
@@ -182,19 +184,21 @@ fn bridges_join_their_road_and_cross_the_water() {
 #[test]
 fn flight_clears_pylons_wires_and_mast() {
     let bare = &SAMPLE.valley.bare;
-    let top = |&(x, y): &Place, height: f64| (x, y, sample(bare, x, y) + height);
+    let top = |place: &DVec2, height: f64| place.extend(sample(bare, place.x, place.y) + height);
     let mut tops = vec![top(&map::hilltop(bare), MAST)];
     for pair in sites::LINE.windows(2) {
         let (a, b) = (top(&pair[0], PYLON), top(&pair[1], PYLON));
         // Wires hang below the straight line from top to top.
         tops.extend((0..=20).map(|k| {
             let t = f64::from(k) / 20.0;
-            (a.0 + t * (b.0 - a.0), a.1 + t * (b.1 - a.1), a.2 + t * (b.2 - a.2))
+            a + t * (b - a)
         }));
     }
-    for (x, y, height) in densely(&path::fly(&SAMPLE.valley.surface)) {
-        for &(px, py, top) in tops.iter().filter(|top| distance((x, y), (top.0, top.1)) < 60.0) {
-            assert!(height - top >= 20.0, "{} m above {px}, {py}", height - top);
+    for eye in densely(&path::fly(&SAMPLE.valley.surface)) {
+        for &DVec3 { x, y, z: top } in
+            tops.iter().filter(|top| distance(eye.truncate(), top.truncate()) < 60.0)
+        {
+            assert!(eye.z - top >= 20.0, "{} m above {x}, {y}", eye.z - top);
         }
     }
 }
@@ -204,11 +208,11 @@ fn wires_hang_above_the_ground() {
     let bare = &SAMPLE.valley.bare;
     for pair in sites::LINE.windows(2) {
         let (a, b) = (pair[0], pair[1]);
-        let hung = |(x, y): Place| sample(bare, x, y) + 0.72 * PYLON;
+        let hung = |place: DVec2| sample(bare, place.x, place.y) + 0.72 * PYLON;
         let sag = 1e-4 * distance(a, b).powi(2);
         for k in 0..=40 {
             let t = f64::from(k) / 40.0;
-            let ground = sample(bare, a.0 + t * (b.0 - a.0), a.1 + t * (b.1 - a.1));
+            let ground = sample(bare, a.x + t * (b.x - a.x), a.y + t * (b.y - a.y));
             let wire = hung(a) + t * (hung(b) - hung(a)) - 4.0 * sag * t * (1.0 - t);
             assert!(wire - ground > 8.0, "{} m between {a:?} and {b:?}", wire - ground);
         }
@@ -220,7 +224,7 @@ fn airstrip_lies_on_grass_and_is_free() {
     let [a, b] = sites::strip_ends();
     for k in 0..=66 {
         let t = f64::from(k) / 66.0;
-        let (x, y) = (a.0 + t * (b.0 - a.0), a.1 + t * (b.1 - a.1));
+        let DVec2 { x, y } = a + t * (b - a);
         for pixel in around(x, y, 11.0) {
             assert_eq!(SAMPLE.valley.classes[pixel], Class::Pasture);
             assert!(SAMPLE.valley.surface[pixel] - SAMPLE.valley.bare[pixel] < 0.3, "something at {x}, {y}");
@@ -228,7 +232,7 @@ fn airstrip_lies_on_grass_and_is_free() {
     }
     let standing = features().into_iter().filter(|feature| feature.text("aeroway").is_none());
     for place in standing.flat_map(|feature| places(&feature)) {
-        let kept = sites::kept(place.0, place.1);
+        let kept = sites::kept(place.x, place.y);
         let on_strip = matches!(kept, Some(sites::Kept::Strip { .. } | sites::Kept::Verge));
         assert!(!on_strip, "a feature at {place:?}");
     }
@@ -244,7 +248,7 @@ fn scan_joins_the_ground_and_shows_the_farm() {
 
     for point in reader.read_all().unwrap().points() {
         let point = point.unwrap();
-        let (x, y) = (point.x - ORIGIN.0, point.y - ORIGIN.1);
+        let (x, y) = (point.x - ORIGIN.x, point.y - ORIGIN.y);
         let (ground, class) = (sample(&SAMPLE.valley.bare, x, y), u8::from(point.classification));
         counts[usize::from(class)] += 1;
         assert!(sites::beside(sites::FARM, x, y) <= 0.01, "beside the farm at {x}, {y}");
@@ -262,9 +266,11 @@ fn scan_joins_the_ground_and_shows_the_farm() {
         assert_eq!(SAMPLE.valley.classes[pixel], Class::Pasture);
     }
 
-    let inside =
-        |feature: &Feature| places(feature).iter().any(|&(x, y)| sites::beside(sites::FARM, x, y) < 0.0);
+    let inside = |feature: &Feature| {
+        places(feature).iter().any(|place| sites::beside(sites::FARM, place.x, place.y) < 0.0)
+    };
     assert!(!features().iter().any(inside));
-    let nearest = SAMPLE.valley.buildings.iter().map(|house| distance((house.x, house.y), (1705.0, 1310.0)));
+    let nearest =
+        SAMPLE.valley.buildings.iter().map(|house| distance(dvec2(house.x, house.y), dvec2(1705.0, 1310.0)));
     assert!(nearest.fold(f64::INFINITY, f64::min) > 250.0);
 }

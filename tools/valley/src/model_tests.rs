@@ -2,10 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use crate::features::{Feature, Geometry};
+use glam::{DVec2, dvec2};
+
+use crate::features::{Feature, Geometry, Tag};
 use crate::geotiff::ORIGIN;
 use crate::grid::around;
-use crate::outline::Place;
 use crate::shapefile::{self, Shapefile};
 use crate::tests::SAMPLE;
 use crate::{chapel, gravel, mesh, path, roads, sites, vineyard, voxels};
@@ -93,7 +94,7 @@ fn model_of_voxels_holds_its_shell() {
 }
 
 /// Lines of a `.shp`, found through its `.shx`: that they are read back.
-fn lines(Shapefile { shp, shx, .. }: &Shapefile) -> Vec<Vec<Place>> {
+fn lines(Shapefile { shp, shx, .. }: &Shapefile) -> Vec<Vec<DVec2>> {
     for bytes in [shp, shx] {
         assert_eq!((big(bytes, 0), 2 * big(bytes, 24), little(bytes, 28)), (9994, bytes.len(), 1000));
     }
@@ -102,7 +103,7 @@ fn lines(Shapefile { shp, shx, .. }: &Shapefile) -> Vec<Vec<Place>> {
         assert_eq!((big(shp, at), 2 * big(shp, at + 4), little(shp, at + 8)), (row + 1, length, 3));
         let count = little(shp, at + 8 + 40);
         assert_eq!(length, 48 + 16 * count);
-        let place = |k: usize| (real(shp, at + 56 + 16 * k), real(shp, at + 64 + 16 * k));
+        let place = |k: usize| dvec2(real(shp, at + 56 + 16 * k), real(shp, at + 64 + 16 * k));
         (0..count).map(place).collect()
     });
     records.collect()
@@ -124,7 +125,7 @@ fn shapefile_is_read_back() {
         let Geometry::Line(line) = &feature.geometry else { panic!("row {row} is no line") };
         assert_eq!(line.len(), found.len());
         for (place, found) in line.iter().zip(found) {
-            let off = (ORIGIN.0 + place.0 - found.0).hypot(ORIGIN.1 + place.1 - found.1);
+            let off = (ORIGIN.x + place.x - found.x).hypot(ORIGIN.y + place.y - found.y);
             assert!(off < 0.01, "row {row}: {off} m");
         }
 
@@ -146,18 +147,18 @@ fn shapefile_is_read_back() {
 
 #[test]
 fn shapefile_refuses_what_it_cannot_hold() {
-    let line = || Geometry::Line(vec![(0.0, 0.0), (1.0, 1.0)]);
+    let line = || Geometry::Line(vec![DVec2::ZERO, DVec2::ONE]);
     let refuses = |feature: Feature| shapefile::encode(&[feature]).is_err();
-    assert!(!refuses(Feature::new(line(), [("barrier", "fence".into())])));
-    assert!(refuses(Feature::new(line(), [("barrier", "a fence of wire".into())])));
-    assert!(refuses(Feature::new(line(), [("layer", 1.0.into())])));
-    assert!(refuses(Feature::new(Geometry::Point((0.0, 0.0)), [("barrier", "fence".into())])));
+    assert!(!refuses(Feature::new(line(), [Tag::new("barrier", "fence")])));
+    assert!(refuses(Feature::new(line(), [Tag::new("barrier", "a fence of wire")])));
+    assert!(refuses(Feature::new(line(), [Tag::new("layer", 1.0)])));
+    assert!(refuses(Feature::new(Geometry::Point(DVec2::ZERO), [Tag::new("barrier", "fence")])));
 }
 
 #[test]
 fn vineyard_lies_on_free_ground() {
     let vines = vineyard::vines();
-    let apart = |a: Place, b: Place| (a.0 - b.0).hypot(a.1 - b.1);
+    let apart = |a: DVec2, b: DVec2| (a.x - b.x).hypot(a.y - b.y);
     for pair in vines.windows(2) {
         for end in [0, 1] {
             let step = apart(pair[0][end], pair[1][end]);
@@ -169,25 +170,29 @@ fn vineyard_lies_on_free_ground() {
     let [gate, ..] = vineyard::TRACK;
     for feature in vineyard::draw() {
         let Geometry::Line(line) = &feature.geometry else { panic!("no line") };
-        for &(x, y) in line {
+        for &place in line {
+            let DVec2 { x, y } = place;
             let pixel = around(x, y, 0.0).next().unwrap();
             assert!(SAMPLE.water.outside[pixel] > 20.0, "in water at {x}, {y}");
             assert!(sites::kept(x, y).is_none(), "on a site at {x}, {y}");
             assert!(
-                apart(gate, (x, y)) < 10.0 || roads::outside(&SAMPLE.roads, pixel) > 5.0,
+                apart(gate, place) < 10.0 || roads::outside(&SAMPLE.roads, pixel) > 5.0,
                 "on a road at {x}, {y}"
             );
             assert!(
-                flight.iter().all(|&(fx, fy, _)| apart((fx, fy), (x, y)) > 150.0),
+                flight.iter().all(|eye| apart(eye.truncate(), place) > 150.0),
                 "under the flight at {x}, {y}"
             );
-            let tree =
-                SAMPLE.valley.trees.iter().find(|tree| apart((tree.x, tree.y), (x, y)) < tree.radius + 1.0);
+            let tree = SAMPLE
+                .valley
+                .trees
+                .iter()
+                .find(|tree| apart(dvec2(tree.x, tree.y), place) < tree.radius + 1.0);
             assert!(tree.is_none(), "in a crown at {x}, {y}");
         }
     }
 
     // The farm's track is met, not crossed.
-    let pixel = around(gate.0, gate.1, 0.0).next().unwrap();
+    let pixel = around(gate.x, gate.y, 0.0).next().unwrap();
     assert!(roads::outside(&SAMPLE.roads, pixel) <= 2.5, "the track begins beside the farm's");
 }

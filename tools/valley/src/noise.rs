@@ -4,6 +4,8 @@
 //! never line up and no direction of the grid shows. All arithmetic is `f64`: what is left of it after
 //! quantisation is the same on every platform.
 
+use glam::DVec2;
+
 /// Well-mixed 64 bits of a lattice point (the finaliser of SplitMix64, Steele et al. 2014).
 pub fn hash(x: i64, y: i64, seed: u64) -> u64 {
     let mut z = (x as u64)
@@ -112,27 +114,27 @@ pub fn smooth(from: f64, to: f64, x: f64) -> f64 {
 }
 
 /// Smooth curve through knots (x, y) with rising x: cubic Hermite, tangents by central differences, constant beyond.
-pub fn curve(knots: &[(f64, f64)], x: f64) -> f64 {
+pub fn curve(knots: &[DVec2], x: f64) -> f64 {
     let last = knots.len() - 1;
-    let k = knots.partition_point(|knot| knot.0 <= x);
+    let k = knots.partition_point(|knot| knot.x <= x);
     if k == 0 {
-        return knots[0].1;
+        return knots[0].y;
     }
     if k > last {
-        return knots[last].1;
+        return knots[last].y;
     }
 
     let tangent = |i: usize| {
         let (a, b) = (knots[i.saturating_sub(1)], knots[(i + 1).min(last)]);
-        (b.1 - a.1) / (b.0 - a.0)
+        (b.y - a.y) / (b.x - a.x)
     };
     let (a, b) = (knots[k - 1], knots[k]);
-    let width = b.0 - a.0;
-    let t = (x - a.0) / width;
+    let width = b.x - a.x;
+    let t = (x - a.x) / width;
     let (t2, t3) = (t * t, t * t * t);
 
-    (2.0 * t3 - 3.0 * t2 + 1.0) * a.1
+    (2.0 * t3 - 3.0 * t2 + 1.0) * a.y
         + (t3 - 2.0 * t2 + t) * width * tangent(k - 1)
-        + (3.0 * t2 - 2.0 * t3) * b.1
+        + (3.0 * t2 - 2.0 * t3) * b.y
         + (t3 - t2) * width * tangent(k)
 }

@@ -1,4 +1,4 @@
-//! Outlines of areas on the raster, and lines that are drawn for a map.
+//! Outlines of areas on the raster, and lines that are drawn for a map. Places are metres in the area.
 //!
 //! ```text
 //! cells between four centres; on each side whose ends differ: the place of 0 between them (marching squares,
@@ -10,14 +10,13 @@
 
 use std::collections::BTreeMap;
 
-use crate::grid::{SIDE, SIZE, SPACING};
+use glam::{DVec2, dvec2};
 
-/// A place, metres in the area.
-pub type Place = (f64, f64);
+use crate::grid::{SIDE, SIZE, SPACING};
 
 /// Rings around where values are 0 or less, counterclockwise, the first place not repeated; around holes they run clockwise.
 /// At the area's edge they follow it.
-pub fn rings(values: impl Fn(usize) -> f64, tolerance: f64) -> Vec<Vec<Place>> {
+pub fn rings(values: impl Fn(usize) -> f64, tolerance: f64) -> Vec<Vec<DVec2>> {
     // One column and one row more on each side, outside.
     const WIDE: usize = SIZE + 2;
 
@@ -27,7 +26,7 @@ pub fn rings(values: impl Fn(usize) -> f64, tolerance: f64) -> Vec<Vec<Place>> {
     };
     let place = |c: f64, r: f64| {
         let metres = |k: f64| ((k - 0.5) * SPACING).clamp(0.0, SIDE);
-        (metres(c), metres(r))
+        dvec2(metres(c), metres(r))
     };
     let mut joints = BTreeMap::new();
 
@@ -68,15 +67,15 @@ pub fn rings(values: impl Fn(usize) -> f64, tolerance: f64) -> Vec<Vec<Place>> {
 }
 
 /// Twice the area of a ring is the sum of these; positive if it runs counterclockwise.
-pub fn area(ring: &[Place]) -> f64 {
+pub fn area(ring: &[DVec2]) -> f64 {
     let next = ring.iter().cycle().skip(1);
-    ring.iter().zip(next).map(|(a, b)| a.0 * b.1 - b.0 * a.1).sum::<f64>() / 2.0
+    ring.iter().zip(next).map(|(a, b)| a.x * b.y - b.x * a.y).sum::<f64>() / 2.0
 }
 
-fn simplified_ring(ring: &[Place], tolerance: f64) -> Vec<Place> {
-    let far = |place: &Place| (place.0 - ring[0].0).hypot(place.1 - ring[0].1);
+fn simplified_ring(ring: &[DVec2], tolerance: f64) -> Vec<DVec2> {
+    let far = |place: &DVec2| (place.x - ring[0].x).hypot(place.y - ring[0].y);
     let half = (0..ring.len()).max_by(|&a, &b| far(&ring[a]).total_cmp(&far(&ring[b]))).unwrap_or(0);
-    let back: Vec<Place> = ring[half..].iter().chain(&ring[..1]).copied().collect();
+    let back: Vec<DVec2> = ring[half..].iter().chain(&ring[..1]).copied().collect();
     let mut whole = simplified(&ring[..=half], tolerance);
     whole.pop();
     whole.extend(simplified(&back, tolerance));
@@ -85,13 +84,13 @@ fn simplified_ring(ring: &[Place], tolerance: f64) -> Vec<Place> {
 }
 
 /// A line without the places that lie nearer than `tolerance` to what is left.
-pub fn simplified(line: &[Place], tolerance: f64) -> Vec<Place> {
+pub fn simplified(line: &[DVec2], tolerance: f64) -> Vec<DVec2> {
     let [first, .., last] = line else { return line.to_vec() };
-    let (dx, dy) = (last.0 - first.0, last.1 - first.1);
-    let length = dx.hypot(dy);
-    let off = |place: &Place| {
-        let (x, y) = (place.0 - first.0, place.1 - first.1);
-        if length > 0.0 { (x * dy - y * dx).abs() / length } else { x.hypot(y) }
+    let way = last - first;
+    let length = way.x.hypot(way.y);
+    let off = |place: &DVec2| {
+        let DVec2 { x, y } = place - first;
+        if length > 0.0 { (x * way.y - y * way.x).abs() / length } else { x.hypot(y) }
     };
     let farthest = (1..line.len() - 1).max_by(|&a, &b| off(&line[a]).total_cmp(&off(&line[b])));
     match farthest.filter(|&k| off(&line[k]) > tolerance) {
@@ -106,15 +105,15 @@ pub fn simplified(line: &[Place], tolerance: f64) -> Vec<Place> {
 }
 
 /// The parts of a line, no shorter than `least` metres, along which every place is free.
-pub fn free_parts(line: &[Place], least: f64, free: impl Fn(f64, f64) -> bool) -> Vec<Vec<Place>> {
+pub fn free_parts(line: &[DVec2], least: f64, free: impl Fn(f64, f64) -> bool) -> Vec<Vec<DVec2>> {
     let mut parts = vec![Vec::new()];
     for pair in line.windows(2) {
-        let (dx, dy) = (pair[1].0 - pair[0].0, pair[1].1 - pair[0].1);
-        let count = dx.hypot(dy).ceil().max(1.0);
+        let way = pair[1] - pair[0];
+        let count = way.x.hypot(way.y).ceil().max(1.0);
         for k in 0..count as usize {
             let t = k as f64 / count;
-            let place = (pair[0].0 + t * dx, pair[0].1 + t * dy);
-            match (free(place.0, place.1), parts.last_mut()) {
+            let place = pair[0] + t * way;
+            match (free(place.x, place.y), parts.last_mut()) {
                 (true, Some(part)) => part.push(place),
                 _ => parts.push(Vec::new()),
             }

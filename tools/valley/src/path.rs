@@ -5,6 +5,8 @@
 
 use std::fmt::Write;
 
+use glam::{DVec2, DVec3};
+
 use crate::geotiff::ORIGIN;
 use crate::grid::{around, spline};
 use crate::noise::mix;
@@ -27,18 +29,17 @@ const PITCH: f64 = -6.0;
 /// Least height above everything in the swath, metres.
 pub const CLEARANCE: f64 = 37.0;
 
-/// A place on the flight: metres in the area, metres above the sea.
-pub type PathPlace = (f64, f64, f64);
-
-/// Places half a second apart.
-pub fn fly(surface: &[f64]) -> Vec<PathPlace> {
+/// Places of the flight half a second apart: metres in the area, metres above the sea.
+pub fn fly(surface: &[f64]) -> Vec<DVec3> {
     let line = even(&spline(&knots(), 1.0), STEP);
-    let (xs, ys): (Vec<f64>, Vec<f64>) = line.into_iter().unzip();
+    let (xs, ys): (Vec<f64>, Vec<f64>) = line.into_iter().map(|place| (place.x, place.y)).unzip();
 
     // The spline's curvature jumps at its knots, and bank follows curvature.
-    let rounded: Vec<_> = smoothed(&xs, ROUND).into_iter().zip(smoothed(&ys, ROUND)).collect();
+    let rounded: Vec<_> =
+        smoothed(&xs, ROUND).into_iter().zip(smoothed(&ys, ROUND)).map(|(x, y)| DVec2 { x, y }).collect();
     let line = even(&rounded, STEP);
-    let floor: Vec<f64> = line.iter().map(|&(x, y)| highest_around(surface, x, y) + CLEARANCE).collect();
+    let floor: Vec<f64> =
+        line.iter().map(|place| highest_around(surface, place.x, place.y) + CLEARANCE).collect();
     let held: Vec<f64> =
         (0..floor.len()).map(|k| window(&floor, k, AHEAD).iter().copied().fold(f64::MIN, f64::max)).collect();
     let heights = smoothed(&held, AHEAD / 2);
@@ -50,11 +51,11 @@ pub fn fly(surface: &[f64]) -> Vec<PathPlace> {
         .map(|at| {
             let k = (at as usize).min(line.len() - 2);
             let t = at - k as f64;
-            (
-                mix(line[k].0, line[k + 1].0, t),
-                mix(line[k].1, line[k + 1].1, t),
-                mix(heights[k], heights[k + 1], t),
-            )
+            DVec3 {
+                x: mix(line[k].x, line[k + 1].x, t),
+                y: mix(line[k].y, line[k + 1].y, t),
+                z: mix(heights[k], heights[k + 1], t),
+            }
         })
         .collect()
 }
@@ -77,7 +78,7 @@ fn smoothed(values: &[f64], reach: usize) -> Vec<f64> {
     mean(&mean(values))
 }
 
-fn knots() -> Vec<(f64, f64)> {
+fn knots() -> Vec<DVec2> {
     let valley = |along: f64, offset: f64| area_from_valley(along, centre_line(along) + offset);
     vec![
         valley(-760.0, 20.0),
@@ -93,15 +94,15 @@ fn knots() -> Vec<(f64, f64)> {
 }
 
 /// Points of a line at even distances.
-fn even(line: &[(f64, f64)], step: f64) -> Vec<(f64, f64)> {
+fn even(line: &[DVec2], step: f64) -> Vec<DVec2> {
     let mut points = vec![line[0]];
     let mut walked = 0.0;
     for pair in line.windows(2) {
-        let (dx, dy) = (pair[1].0 - pair[0].0, pair[1].1 - pair[0].1);
-        let length = dx.hypot(dy);
+        let way = pair[1] - pair[0];
+        let length = way.x.hypot(way.y);
         while points.len() as f64 * step <= walked + length {
             let t = (points.len() as f64 * step - walked) / length;
-            points.push((pair[0].0 + t * dx, pair[0].1 + t * dy));
+            points.push(pair[0] + t * way);
         }
         walked += length;
     }
@@ -114,11 +115,11 @@ pub fn highest_around(surface: &[f64], x: f64, y: f64) -> f64 {
 }
 
 /// The file's text: seconds, easting, northing, height above the sea, pitch.
-pub fn to_csv(places: &[PathPlace]) -> String {
+pub fn to_csv(places: &[DVec3]) -> String {
     let mut text = String::from("t,x_m,y_m,alt_msl_m,pitch_deg\n");
-    for (row, (x, y, height)) in places.iter().enumerate() {
+    for (row, DVec3 { x, y, z: height }) in places.iter().enumerate() {
         let time = row as f64 * INTERVAL;
-        writeln!(text, "{time:.1},{:.2},{:.2},{height:.2},{PITCH}", ORIGIN.0 + x, ORIGIN.1 + y)
+        writeln!(text, "{time:.1},{:.2},{:.2},{height:.2},{PITCH}", ORIGIN.x + x, ORIGIN.y + y)
             .expect("writing to a string cannot fail");
     }
     text

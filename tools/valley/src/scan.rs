@@ -9,10 +9,13 @@
 use std::error::Error;
 use std::io::Cursor;
 
+use glam::{DVec2, dvec2};
 use las::point::{Classification, Format};
 use las::{Builder, Color, Point, Transform, Vector, Vlr, Writer};
 
-use crate::farm::{FENCE, Farm, FarmPart, PARTS, TREES, area_from_farm, farm_from_area, roof_colour};
+use crate::farm::{
+    FENCE, Farm, FarmPart, FarmTree, PARTS, TREES, area_from_farm, farm_from_area, roof_colour,
+};
 use crate::geotiff::{GEO_KEYS, ORIGIN};
 use crate::grid::{around, sample};
 use crate::land::Valley;
@@ -70,7 +73,7 @@ pub fn take(valley: &Valley) -> Vec<Mark> {
     for part in PARTS.iter().filter(|part| part.walls.is_some()) {
         walls(part, &farm, &valley.bare, &mut marks);
     }
-    for (number, &tree) in TREES.iter().enumerate() {
+    for (number, tree) in TREES.iter().enumerate() {
         grow(number as i64, tree, &valley.bare, &mut marks);
     }
 
@@ -79,24 +82,25 @@ pub fn take(valley: &Valley) -> Vec<Mark> {
 }
 
 fn below_crown(u: f64, v: f64) -> bool {
-    TREES.iter().any(|&(tu, tv, radius, _)| (u - tu).hypot(v - tv) < radius)
+    TREES.iter().any(|tree| (u - tree.place.x).hypot(v - tree.place.y) < tree.radius)
 }
 
 /// Three points a metre along the walls, between ground and roof.
 fn walls(part: &FarmPart, farm: &Farm, bare: &[f64], marks: &mut Vec<Mark>) {
-    let (mu, mv) = part.middle;
-    let (length, width) = part.half;
+    let DVec2 { x: mu, y: mv } = part.middle;
 
     // Just within the roof's edge.
-    let (length, width) = (length - 0.05, width - 0.05);
-    let corners = [(-length, -width), (length, -width), (length, width), (-length, width)];
+    let (length, width) = (part.half.x - 0.05, part.half.y - 0.05);
+    let corners =
+        [dvec2(-length, -width), dvec2(length, -width), dvec2(length, width), dvec2(-length, width)];
     for (side, (a, b)) in corners.into_iter().zip(corners.into_iter().cycle().skip(1)).enumerate() {
-        let count = (3.0 * (b.0 - a.0).hypot(b.1 - a.1)) as i64;
+        let count = (3.0 * (b.x - a.x).hypot(b.y - a.y)) as i64;
         for k in 0..count {
             let point = (mu * 1000.0) as i64 * 10_000 + side as i64 * 1000 + k;
             let t = (k as f64 + chance(point, 3)) / count as f64;
-            let (u, v) = (mu + a.0 + t * (b.0 - a.0), mv + a.1 + t * (b.1 - a.1));
-            let (Some((roof, _)), (x, y)) = (farm.roof(u, v), area_from_farm(u, v)) else { continue };
+            let (u, v) = (mu + a.x + t * (b.x - a.x), mv + a.y + t * (b.y - a.y));
+            let Some((roof, _)) = farm.roof(u, v) else { continue };
+            let DVec2 { x, y } = area_from_farm(u, v);
             // Nothing is seen of walls inside of the house.
             if inner(u, v) {
                 continue;
@@ -111,13 +115,14 @@ fn walls(part: &FarmPart, farm: &Farm, bare: &[f64], marks: &mut Vec<Mark>) {
 /// Whether a place lies in two parts at once, or at their joint.
 fn inner(u: f64, v: f64) -> bool {
     let holds = |part: &&FarmPart| {
-        (u - part.middle.0).abs() < part.half.0 + 0.1 && (v - part.middle.1).abs() < part.half.1 + 0.1
+        (u - part.middle.x).abs() < part.half.x + 0.1 && (v - part.middle.y).abs() < part.half.y + 0.1
     };
     PARTS.iter().filter(holds).count() > 1
 }
 
-fn grow(number: i64, (u, v, radius, tall): (f64, f64, f64, f64), bare: &[f64], marks: &mut Vec<Mark>) {
-    let (x0, y0) = area_from_farm(u, v);
+fn grow(number: i64, tree: &FarmTree, bare: &[f64], marks: &mut Vec<Mark>) {
+    let &FarmTree { place, radius, tall } = tree;
+    let DVec2 { x: x0, y: y0 } = area_from_farm(place.x, place.y);
     let base = sample(bare, x0, y0);
     let crown = 0.36 * tall;
     let middle = tall - crown;
@@ -157,11 +162,11 @@ fn grow(number: i64, (u, v, radius, tall): (f64, f64, f64, f64), bare: &[f64], m
 /// Posts and rails: points in three heights.
 fn fence(bare: &[f64], marks: &mut Vec<Mark>) {
     for (side, pair) in FENCE.windows(2).enumerate() {
-        let [(au, av), (bu, bv)] = [pair[0], pair[1]];
+        let [DVec2 { x: au, y: av }, DVec2 { x: bu, y: bv }] = [pair[0], pair[1]];
         let count = (6.0 * (bu - au).hypot(bv - av)) as i64;
         for k in 0..count {
             let t = (k as f64 + chance(k + 1000 * side as i64, 10)) / count as f64;
-            let (x, y) = area_from_farm(au + t * (bu - au), av + t * (bv - av));
+            let DVec2 { x, y } = area_from_farm(au + t * (bu - au), av + t * (bv - av));
             let z = sample(bare, x, y) + 0.45 + 0.35 * (k % 3) as f64;
             marks.push(Mark { x, y, z, class: LOW, colour: [128, 112, 90] });
         }
@@ -179,7 +184,7 @@ pub fn encode(marks: &[Mark]) -> Result<Vec<u8>, Box<dyn Error>> {
     builder.system_identifier = String::from("synthetic");
     builder.generating_software = String::from("hedgehop-valley");
     let axis = |offset: f64| Transform { scale: 0.01, offset };
-    builder.transforms = Vector { x: axis(ORIGIN.0), y: axis(ORIGIN.1), z: axis(0.0) };
+    builder.transforms = Vector { x: axis(ORIGIN.x), y: axis(ORIGIN.y), z: axis(0.0) };
     let data = GEO_KEYS.iter().flat_map(|key| key.to_le_bytes()).collect();
 
     builder.vlrs.push(Vlr {
@@ -193,8 +198,8 @@ pub fn encode(marks: &[Mark]) -> Result<Vec<u8>, Box<dyn Error>> {
     for mark in marks {
         let [red, green, blue] = mark.colour.map(|code| u16::from(code) << 8);
         writer.write_point(Point {
-            x: ORIGIN.0 + mark.x,
-            y: ORIGIN.1 + mark.y,
+            x: ORIGIN.x + mark.x,
+            y: ORIGIN.y + mark.y,
             z: mark.z,
             classification: Classification::new(mark.class)?,
             color: Some(Color::new(red, green, blue)),

@@ -9,9 +9,10 @@
 
 use std::error::Error;
 
+use glam::DVec2;
+
 use crate::features::{Feature, Geometry, Value};
 use crate::geotiff::ORIGIN;
-use crate::outline::Place;
 
 /// The parts of a Shapefile, by the endings of their names.
 pub struct Shapefile {
@@ -46,7 +47,7 @@ pub fn encode(features: &[Feature]) -> Result<Shapefile, Box<dyn Error>> {
     let (mut shapes, mut index, mut all) = (Vec::new(), Vec::new(), Vec::new());
     for (row, feature) in features.iter().enumerate() {
         let Geometry::Line(line) = &feature.geometry else { return Err("a row that is no line".into()) };
-        let line: Vec<Place> = line.iter().map(|&place| georeferenced(place)).collect();
+        let line: Vec<DVec2> = line.iter().map(|&place| georeferenced(place)).collect();
         let record = record(&line)?;
         for number in [(HEADER + shapes.len()) / 2, record.len() / 2] {
             index.extend(u32::try_from(number)?.to_be_bytes());
@@ -74,12 +75,12 @@ pub fn encode(features: &[Feature]) -> Result<Shapefile, Box<dyn Error>> {
 }
 
 /// A place of the reference system, in hundredths of a metre.
-fn georeferenced((x, y): Place) -> Place {
+fn georeferenced(place: DVec2) -> DVec2 {
     let hundredths = |metres: f64| (metres * 100.0).round() / 100.0;
-    (hundredths(ORIGIN.0 + x), hundredths(ORIGIN.1 + y))
+    (ORIGIN + place).map(hundredths)
 }
 
-fn header(places: &[Place], content: usize) -> Result<Vec<u8>, Box<dyn Error>> {
+fn header(places: &[DVec2], content: usize) -> Result<Vec<u8>, Box<dyn Error>> {
     let mut bytes = 9994u32.to_be_bytes().to_vec();
     bytes.resize(24, 0);
     bytes.extend(u32::try_from((HEADER + content) / 2)?.to_be_bytes());
@@ -90,19 +91,18 @@ fn header(places: &[Place], content: usize) -> Result<Vec<u8>, Box<dyn Error>> {
 }
 
 /// West, south, east, north.
-fn bounds(places: &[Place]) -> impl Iterator<Item = u8> {
-    let low = places.iter().fold((f64::MAX, f64::MAX), |low, place| (low.0.min(place.0), low.1.min(place.1)));
-    let high =
-        places.iter().fold((f64::MIN, f64::MIN), |high, place| (high.0.max(place.0), high.1.max(place.1)));
-    [low.0, low.1, high.0, high.1].into_iter().flat_map(f64::to_le_bytes)
+fn bounds(places: &[DVec2]) -> impl Iterator<Item = u8> {
+    let low = places.iter().fold(DVec2::MAX, |low, place| low.min(*place));
+    let high = places.iter().fold(DVec2::MIN, |high, place| high.max(*place));
+    [low.x, low.y, high.x, high.y].into_iter().flat_map(f64::to_le_bytes)
 }
 
 /// Encodes a record after its number and length.
-fn record(line: &[Place]) -> Result<Vec<u8>, Box<dyn Error>> {
+fn record(line: &[DVec2]) -> Result<Vec<u8>, Box<dyn Error>> {
     let mut bytes = LINES.to_le_bytes().to_vec();
     bytes.extend(bounds(line));
     bytes.extend([1, u32::try_from(line.len())?, 0].iter().flat_map(|number| number.to_le_bytes()));
-    bytes.extend(line.iter().flat_map(|place| [place.0, place.1]).flat_map(f64::to_le_bytes));
+    bytes.extend(line.iter().flat_map(|place| place.to_array()).flat_map(f64::to_le_bytes));
     Ok(bytes)
 }
 
@@ -140,7 +140,7 @@ fn cells(feature: &Feature) -> Result<String, Box<dyn Error>> {
     let mut met = 0;
     let cells = COLUMNS.map(|(column, width, decimals)| {
         let width = usize::from(width);
-        let value = feature.tags.iter().find(|(key, _)| *key == column).map(|(_, value)| value);
+        let value = feature.tags.iter().find(|tag| tag.key == column).map(|tag| &tag.value);
         met += usize::from(value.is_some());
         match value {
             Some(Value::Number(number)) => format!("{number:>width$.*}", usize::from(decimals.unwrap_or(0))),

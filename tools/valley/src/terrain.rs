@@ -10,6 +10,8 @@
 //! Droplet erosion after H. T. Beyer, *Implementation of a method for hydraulic erosion* (bachelor's
 //! thesis, TU München, 2015); here without evaporation, every droplet lives a fixed number of steps.
 
+use glam::{DVec2, dvec2};
+
 use crate::grid::{PIXELS, SIDE, SIZE, SPACING, around, centre, sample};
 use crate::noise::{curve, fractal, mix, ridged, smooth, uniform};
 
@@ -23,9 +25,9 @@ pub fn valley_from_area(x: f64, y: f64) -> (f64, f64) {
 }
 
 /// Inverse of [`valley_from_area`].
-pub fn area_from_valley(along: f64, across: f64) -> (f64, f64) {
+pub fn area_from_valley(along: f64, across: f64) -> DVec2 {
     let (c, s) = (0.75f64.sqrt(), 0.5);
-    (SIDE / 2.0 + s * along - c * across, SIDE / 2.0 + c * along + s * across)
+    dvec2(SIDE / 2.0 + s * along - c * across, SIDE / 2.0 + c * along + s * across)
 }
 
 /// Across-coordinate of the valley's centre line.
@@ -93,30 +95,32 @@ fn relief_at(pixel: usize, offset: f64) -> f64 {
         let crest = 1.0 + 0.35 * fractal(along / 300.0, 3.7, 2, SEED + 1)
             - 0.36 * smooth(260.0, 0.0, (along - 230.0).abs());
         let knots = [
-            (0.0, 0.0),
-            (70.0, 11.0),
-            (140.0, 40.0),
-            (215.0, 95.0),
-            (300.0, 150.0),
-            (400.0, 205.0),
-            (500.0, 185.0),
-            (640.0, 132.0),
-            (780.0, 140.0),
-            (950.0, 250.0),
-            (1250.0, 380.0),
-        ];
+            [0.0, 0.0],
+            [70.0, 11.0],
+            [140.0, 40.0],
+            [215.0, 95.0],
+            [300.0, 150.0],
+            [400.0, 205.0],
+            [500.0, 185.0],
+            [640.0, 132.0],
+            [780.0, 140.0],
+            [950.0, 250.0],
+            [1250.0, 380.0],
+        ]
+        .map(DVec2::from);
 
         curve(&knots, beyond) * mix(1.0, crest, smooth(80.0, 300.0, beyond))
     } else {
         let knots = [
-            (0.0, 0.0),
-            (90.0, 7.0),
-            (240.0, 34.0),
-            (400.0, 84.0),
-            (580.0, 150.0),
-            (800.0, 235.0),
-            (1200.0, 340.0),
-        ];
+            [0.0, 0.0],
+            [90.0, 7.0],
+            [240.0, 34.0],
+            [400.0, 84.0],
+            [580.0, 150.0],
+            [800.0, 235.0],
+            [1200.0, 340.0],
+        ]
+        .map(DVec2::from);
         curve(&knots, beyond) * (1.0 + 0.25 * fractal(along / 330.0, across / 330.0, 2, SEED + 3))
     };
 

@@ -2,10 +2,11 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
+use glam::DVec3;
 use tiff::decoder::{Decoder, DecodingResult};
 
 use crate::grid::{SIDE, SIZE, SPACING, sample};
-use crate::path::{PathPlace, highest_around};
+use crate::path::highest_around;
 use crate::sample::Sample;
 use crate::{files, path, sample as make};
 
@@ -57,15 +58,14 @@ fn readme_states_the_hashes_and_the_sample_stays_small() {
 }
 
 /// Places five to each interval of the file.
-pub fn densely(places: &[PathPlace]) -> Vec<PathPlace> {
-    let between = |a: f64, b: f64, t: f64| a + (b - a) * t;
+pub fn densely(places: &[DVec3]) -> Vec<DVec3> {
     places
         .windows(2)
         .flat_map(|pair| {
             let (a, b) = (pair[0], pair[1]);
             (0..5).map(move |k| {
                 let t = f64::from(k) / 5.0;
-                (between(a.0, b.0, t), between(a.1, b.1, t), between(a.2, b.2, t))
+                a + (b - a) * t
             })
         })
         .collect()
@@ -75,18 +75,18 @@ pub fn densely(places: &[PathPlace]) -> Vec<PathPlace> {
 fn flight_clears_everything_beside_and_ahead() {
     let surface = &SAMPLE.valley.surface;
     let places = path::fly(surface);
-    for &(x, y, height) in &densely(&places) {
+    for &DVec3 { x, y, z: height } in &densely(&places) {
         let clearance = height - highest_around(surface, x, y);
         assert!(clearance >= 25.0, "{clearance} m at {x}, {y}");
     }
 
     for pair in places.windows(3) {
         let [a, b, c] = [pair[0], pair[1], pair[2]];
-        let heading = |p: PathPlace, q: PathPlace| (q.0 - p.0).atan2(q.1 - p.1);
+        let heading = |p: DVec3, q: DVec3| (q.x - p.x).atan2(q.y - p.y);
         let turn = (heading(b, c) - heading(a, b) + std::f64::consts::PI).rem_euclid(std::f64::consts::TAU)
             - std::f64::consts::PI;
-        let climb = (c.2 - b.2) / (c.0 - b.0).hypot(c.1 - b.1);
-        let bend = climb - (b.2 - a.2) / (b.0 - a.0).hypot(b.1 - a.1);
+        let climb = (c.z - b.z) / (c.x - b.x).hypot(c.y - b.y);
+        let bend = climb - (b.z - a.z) / (b.x - a.x).hypot(b.y - a.y);
         // 0.047 rad in half a second at 38 m/s is a bank of 20°.
         assert!(
             turn.abs() < 0.047 && climb.abs() < 0.3 && bend.abs() < 0.06,
@@ -101,8 +101,8 @@ fn end_of_the_world_stays_hidden() {
     let surface = &SAMPLE.valley.surface;
     let places = path::fly(surface);
     for pair in places.windows(2) {
-        let (x, y, height) = pair[0];
-        let heading = (pair[1].0 - x).atan2(pair[1].1 - y);
+        let DVec3 { x, y, z: height } = pair[0];
+        let heading = (pair[1].x - x).atan2(pair[1].y - y);
         for azimuth in -50..=50 {
             let (s, c) = (heading + f64::from(azimuth).to_radians()).sin_cos();
             let mut highest = f64::MIN;
