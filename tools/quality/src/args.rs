@@ -2,22 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use hedgehop::Result;
 use hedgehop::memory::PageFile;
 use hedgehop::render::RenderOptions;
 use hedgehop::subimage::Farm;
+use hedgehop::{Result, Size};
 
 /// Widest and highest picture, pixels.
 const MAX_SIDE: u32 = 16384;
-
-/// A picture's size.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Size {
-    /// Pixels per row.
-    pub width: u32,
-    /// Rows.
-    pub height: u32,
-}
 
 /// `WIDTHxHEIGHT`, pixels.
 pub fn size(text: &str) -> Result<Size, String> {

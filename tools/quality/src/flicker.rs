@@ -23,7 +23,7 @@ use std::path::{Path, PathBuf};
 use glam::{DVec2, DVec3, Vec3};
 use serde::Serialize;
 
-use crate::args::{self, Area, Common, Size};
+use crate::args::{self, Area, Common};
 use crate::engine;
 use crate::exact::{one_sample, supersampled};
 use crate::measure::exact_codes;
@@ -33,7 +33,7 @@ use hedgehop::raymarch::ground_height;
 use hedgehop::render::RenderOptions;
 use hedgehop::space::{Camera, Pose};
 use hedgehop::voxel::PageSource;
-use hedgehop::{Error, Result};
+use hedgehop::{Error, Result, Size};
 
 /// Share of the distance by which ground may differ and still be the same ground.
 const SAME_GROUND: f64 = 0.02;

@@ -6,7 +6,7 @@ use std::time::Instant;
 use glam::DVec2;
 use serde::Serialize;
 
-use crate::args::{self, Area, Common, Size};
+use crate::args::{self, Area, Common};
 use crate::engine;
 use crate::exact::one_sample;
 use crate::measure::{Nearness, codes, difference, write_png};
@@ -20,7 +20,7 @@ use hedgehop::render::RenderOptions;
 use hedgehop::space::{Camera, Pose};
 use hedgehop::subimage::Farm;
 use hedgehop::voxel::PageSource;
-use hedgehop::{Error, Result};
+use hedgehop::{Error, Result, Size};
 
 /// Decibels by which the renderer's PSNR must exceed that of one sample per pixel.
 const LEAST_GAIN: f64 = 3.0;

@@ -14,7 +14,7 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use crate::args::{self, Area, Common, Size};
+use crate::args::{self, Area, Common};
 use crate::engine;
 use crate::exact::ExactEye;
 use crate::random::Random;
@@ -26,7 +26,7 @@ use hedgehop::sensor::VisualSensor;
 use hedgehop::sensor::radiance::Radiance;
 use hedgehop::space::{Camera, Pose};
 use hedgehop::subimage::Farm;
-use hedgehop::{Error, Result};
+use hedgehop::{Error, Result, Size};
 
 /// Bounds that are asked for: median, 99 %, 99.6 % of the relative errors; share of disagreements.
 const BOUNDS: [f64; 4] = [1.5e-4, 3.0e-3, 1.0e-2, 1.0e-3];
