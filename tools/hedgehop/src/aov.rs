@@ -17,22 +17,24 @@ use hedgehop::objects::Body;
 use hedgehop::subimage::Farm;
 use hedgehop::{Error, Result};
 
-/// Bytes of a pixel that mattes take while they are written, and motion vectors.
+/// Bytes of memory that mattes take per pixel while they are written.
 const MATTE_BYTES: u64 = 48;
+/// Bytes of memory that motion vectors take per pixel.
 const MOTION_BYTES: u64 = 8;
+/// Bytes of memory that colours of materials take per pixel.
 const MATERIAL_BYTES: u64 = 12;
 
-/// Channels that EXR files hold besides the usual.
+/// Flags of the channels that EXR frames have besides the usual ones.
 #[derive(Debug, Clone, Default, Args)]
 pub struct AovArgs {
     /// Further channels of EXR frames, with commas between: cryptomatte (who covers how much of each pixel), motion (pixels until the next frame), material (a colour for each)
     #[arg(long, value_enum, value_name = "LIST", value_delimiter = ',')]
-    pub aov: Vec<Aov>,
+    pub aov: Vec<AovKind>,
 }
 
-/// Arbitrary output variables, as the field calls them.
+/// Kinds of further channels: arbitrary output variables, as the field calls them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Aov {
+pub enum AovKind {
     /// Ids and shares of objects and ground, layers `CryptoObject`
     Cryptomatte,
     /// Motion vectors, `forward.u` and `forward.v`
@@ -41,9 +43,28 @@ pub enum Aov {
     Material,
 }
 
+/// Properties of a kind of further channels.
+struct AovFacts {
+    /// Name of the kind in manifests.
+    name: &'static str,
+    /// Bytes of memory that the channels take per pixel.
+    pixel_bytes: u64,
+}
+
+impl AovKind {
+    /// Returns the properties of a kind.
+    fn facts(self) -> AovFacts {
+        match self {
+            Self::Cryptomatte => AovFacts { name: "cryptomatte", pixel_bytes: MATTE_BYTES },
+            Self::Motion => AovFacts { name: "motion", pixel_bytes: MOTION_BYTES },
+            Self::Material => AovFacts { name: "material", pixel_bytes: MATERIAL_BYTES },
+        }
+    }
+}
+
 /// Data that frames need for their further channels.
 #[derive(Debug)]
-pub struct Further {
+pub struct AovInputs {
     /// Names of objects by their ids, if mattes are asked for.
     pub names: Option<Vec<String>>,
     /// Partners by frame, if motion is asked for.
@@ -55,56 +76,58 @@ pub struct Further {
 }
 
 impl AovArgs {
-    /// Whether it was asked for.
-    pub fn has(&self, aov: Aov) -> bool {
-        self.aov.contains(&aov)
+    /// Whether channels of a kind were asked for.
+    pub fn has(&self, kind: AovKind) -> bool {
+        self.aov.contains(&kind)
     }
 
-    /// Refuses outputs that cannot hold it, and screens that cannot tell it.
+    /// Returns the kinds that were asked for, each once, in the order of their declaration.
+    fn kinds(&self) -> impl Iterator<Item = AovKind> {
+        AovKind::value_variants().iter().copied().filter(|kind| self.has(*kind))
+    }
+
+    /// Refuses outputs that cannot hold further channels, and screens on which motion cannot be told.
     pub fn check(&self, target: Target, setup: &Setup) -> Result<()> {
         if !self.aov.is_empty() && target != Target::Exr {
             let what =
                 "--aov adds channels to EXR frames; write these with -o frames/####.exr, or leave it out";
             return Err(Error::Configuration(what.into()));
         }
-        if self.has(Aov::Motion) && setup.is_table() {
+        if self.has(AovKind::Motion) && setup.is_table() {
             let what = "--aov motion needs a screen with a formula, and --screen table has none; leave out one of the two";
             return Err(Error::Configuration(what.into()));
         }
         Ok(())
     }
 
-    /// Adds to the settings that decide files; `path` is the flight's, of which motion in a frame needs more than its own pose.
+    /// Adds the kinds to the settings that decide files; `path` is the flight's, of which motion in a frame needs more than its own pose.
     pub fn record(&self, path: Option<&Path>, settings: &mut Value) {
-        let named = [(Aov::Cryptomatte, "cryptomatte"), (Aov::Motion, "motion"), (Aov::Material, "material")];
-        let names: Vec<_> =
-            named.into_iter().filter(|(aov, _)| self.has(*aov)).map(|(_, name)| name).collect();
+        let names: Vec<_> = self.kinds().map(|kind| kind.facts().name).collect();
         if !names.is_empty() {
             settings["aov"] = json!(names);
         }
-        if let Some(path) = path.filter(|_| self.has(Aov::Motion)) {
+        if let Some(path) = path.filter(|_| self.has(AovKind::Motion)) {
             // It was read before, and is read again for the manifest, which says if it cannot be any more.
             let digest = fs::read(path).ok().map(|bytes| blake3::hash(&bytes).to_hex().to_string());
             settings["motion_path_blake3"] = json!(digest);
         }
     }
 
-    /// Bytes of a pixel that it takes.
+    /// Returns the bytes of memory that all channels asked for take per pixel.
     pub fn pixel_bytes(&self) -> u64 {
-        let bytes = |aov, bytes| if self.has(aov) { bytes } else { 0 };
-        bytes(Aov::Cryptomatte, MATTE_BYTES)
-            + bytes(Aov::Motion, MOTION_BYTES)
-            + bytes(Aov::Material, MATERIAL_BYTES)
+        self.kinds().map(|kind| kind.facts().pixel_bytes).sum()
     }
 }
 
-impl Further {
-    /// Puts into a frame what rendering leaves out.
+impl AovInputs {
+    /// Adds to a frame the parts of its further channels that rendering leaves out: names in the matte, motion vectors, and that materials
+    /// are written. `bodies` are the objects in the frame itself, as they were rendered.
     pub fn complete(
         &self,
         frame: &mut Frame,
         number: u64,
-        (playing, bodies): (Option<&Playing>, &[Body]),
+        playing: Option<&Playing>,
+        bodies: &[Body],
         farm: &Farm,
     ) -> Result<()> {
         frame.aov.material = self.material;

@@ -154,7 +154,7 @@ pub fn bands(text: &str) -> Result<[u32; 3], String> {
         .ok_or_else(|| "want three band numbers counted from 1, such as 3,2,1".into())
 }
 
-/// Worker threads.
+/// Flags of the worker threads.
 #[derive(Debug, Clone, Args)]
 pub struct Workers {
     /// Worker threads [default: one per core]
@@ -162,7 +162,7 @@ pub struct Workers {
     pub jobs: Option<usize>,
 }
 
-/// Engine and instructions of the march.
+/// Flags of the engine that marches, and of its vector instructions.
 #[derive(Debug, Clone, Copy, Default, Args)]
 pub struct Instructions {
     /// Engine that marches: scan planes, or the reference, ray by ray and exact, which takes 40 (straight down) to more
@@ -238,7 +238,7 @@ pub fn available_cores() -> usize {
     std::thread::available_parallelism().map_or(1, NonZeroUsize::get)
 }
 
-/// Frames that are rendered at once.
+/// Flags of the frames that are rendered at once.
 #[derive(Debug, Clone, Copy, Default, Args)]
 pub struct Overlap {
     /// Frames in flight: the next begins while the last tasks of one run; each takes memory for a frame
@@ -288,12 +288,12 @@ impl From<AltitudeMode> for hedgehop::flight::AltitudeMode {
     }
 }
 
-/// Endings of files of elevation, the commonest first.
-pub const ELEVATION: [&str; 11] =
-    ["tif", "tiff", "hgt", "dt2", "dt1", "dt0", "asc", "flt", "bil", "bt", "png"];
+/// Endings of files of elevation, the commonest first, for the pattern that is proposed in place of a folder.
+pub const ELEVATION_ENDINGS: [&str; 14] =
+    ["tif", "tiff", "hgt", "dt2", "dt1", "dt0", "asc", "flt", "bil", "bip", "bsq", "dem", "bt", "png"];
 
-/// Endings of imagery.
-pub const IMAGERY: [&str; 5] = ["tif", "tiff", "jpg", "jpeg", "png"];
+/// Endings of files of imagery, the commonest first, for the same use.
+pub const IMAGERY_ENDINGS: [&str; 5] = ["tif", "tiff", "jpg", "jpeg", "png"];
 
 /// Files that an argument names, patterns expanded that no shell has. Refuses folders before any work begins, with a pattern for those of
 /// their files that end like one of `endings`.
@@ -401,7 +401,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let refusal = || {
             let files = [folder.path().to_owned()];
-            input_files("--elevation", &files, &ELEVATION).unwrap_err().to_string()
+            input_files("--elevation", &files, &ELEVATION_ENDINGS).unwrap_err().to_string()
         };
         assert!(refusal().contains("is a folder") && refusal().ends_with("*.tif\""), "{}", refusal());
         for name in ["a.HGT", "b.hgt", "c.tif", "notes.txt"] {
@@ -410,7 +410,7 @@ mod tests {
         assert!(refusal().ends_with("*.hgt\" (2 files there)"), "{}", refusal());
 
         let pattern = [folder.path().join("?.*")];
-        assert_eq!(input_files("--elevation", &pattern, &ELEVATION).unwrap().len(), 3);
+        assert_eq!(input_files("--elevation", &pattern, &ELEVATION_ENDINGS).unwrap().len(), 3);
         let pattern = [folder.path().join("*.laz")];
         let error = input_files("--cloud", &pattern, &["laz"]).unwrap_err().to_string();
         assert!(error.starts_with("--cloud ") && error.contains("no file matches"), "{error}");

@@ -1,4 +1,4 @@
-//! Chart drawn on a map: a path with its ends, what frames have in sight, a scale, and where north is.
+//! Chart drawn on a map: a path with its ends, the visible ground of frames, a scale, and where north is.
 
 use glam::DVec2;
 use image::{Rgb, RgbImage};
@@ -12,9 +12,9 @@ const WHITE: Rgb<u8> = Rgb([255; 3]);
 const DARK: Rgb<u8> = Rgb([20, 20, 24]);
 const PATH: Rgb<u8> = Rgb([226, 60, 30]);
 const START: Rgb<u8> = Rgb([40, 150, 70]);
-const SIGHT: Rgb<u8> = Rgb([120, 225, 255]);
+const VISIBLE: Rgb<u8> = Rgb([120, 225, 255]);
 
-/// The ground that a frame has in sight.
+/// Visible ground of a frame.
 #[derive(Debug, Clone)]
 pub struct Footprint {
     /// Place of the eye.
@@ -70,7 +70,7 @@ impl Chart<'_> {
             let mut outline: Vec<DVec2> = footprint.outline.iter().map(at).collect();
             let mut inside = Mask::new(&picture);
             inside.polygon(&outline);
-            inside.paint(&mut picture, SIGHT, 0.09);
+            inside.paint(&mut picture, VISIBLE, 0.09);
             outline.extend(outline.first().copied());
             let mut edge = Mask::new(&picture);
             edge.lines(&outline, 1.2 * unit);
@@ -79,7 +79,7 @@ impl Chart<'_> {
                 edge.lines(&[eye, corner], 1.2 * unit);
             }
 
-            edge.paint(&mut picture, SIGHT, 0.75);
+            edge.paint(&mut picture, VISIBLE, 0.75);
         }
 
         let path: Vec<DVec2> = self.path.iter().map(at).collect();
@@ -89,7 +89,7 @@ impl Chart<'_> {
             line.paint(&mut picture, colour, opacity);
         }
 
-        for (size, colour) in [(5.5, DARK), (4.0, SIGHT)] {
+        for (size, colour) in [(5.5, DARK), (4.0, VISIBLE)] {
             let mut eyes = Mask::new(&picture);
             self.footprints.iter().for_each(|footprint| eyes.disc(at(&footprint.eye), size * unit));
             eyes.paint(&mut picture, colour, 1.0);

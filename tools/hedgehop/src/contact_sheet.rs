@@ -68,7 +68,7 @@ pub fn sheet(entries: &[Entry], columns: u32, width: u32) -> Result<RgbImage> {
     Ok(sheet)
 }
 
-/// Indices of `wanted` out of `count` things, evenly spread, first and last included.
+/// Returns the indices of `wanted` out of `count` pictures, evenly spread, first and last included.
 pub fn spread(count: usize, wanted: usize) -> Vec<usize> {
     let wanted = wanted.min(count);
     match wanted {

@@ -88,9 +88,18 @@ impl Sums {
 /// First line of the table.
 pub const HEAD: &str = "frame                     PSNR dB   max      mean   differing %\n";
 
+/// A picture and its file.
+#[derive(Debug, Clone, Copy)]
+pub struct PictureFile<'a> {
+    /// File that the picture was read from.
+    pub path: &'a Path,
+    /// Picture in the file.
+    pub picture: &'a RgbImage,
+}
+
 /// Refuses pictures of two sizes.
-pub fn check_sizes(a: (&Path, &RgbImage), b: (&Path, &RgbImage)) -> Result<()> {
-    let (own, other) = (a.1.dimensions(), b.1.dimensions());
+pub fn check_sizes(a: PictureFile<'_>, b: PictureFile<'_>) -> Result<()> {
+    let (own, other) = (a.picture.dimensions(), b.picture.dimensions());
     if own == other {
         return Ok(());
     }
@@ -98,11 +107,11 @@ pub fn check_sizes(a: (&Path, &RgbImage), b: (&Path, &RgbImage)) -> Result<()> {
         "has {}x{} pixels, and {} has {}x{}; render both with one --size",
         other.0,
         other.1,
-        a.0.display(),
+        a.path.display(),
         own.0,
         own.1
     );
-    Err(Error::invalid(b.0, what))
+    Err(Error::invalid(b.path, what))
 }
 
 /// Both pictures and what differs, beside each other; differences are `factor` times as large.
@@ -154,11 +163,8 @@ mod tests {
         assert_eq!(made.dimensions(), (8 + 3 * 18, 23 + 6 + 8));
         let middle = |place: u32| made.get_pixel(8 + place * 18 + 5, 23 + 3).0;
         assert_eq!([middle(0), middle(1), middle(2)], [[100; 3], [103, 100, 30], [24, 0, 255]]);
-        assert!(
-            check_sizes((Path::new("a"), &a), (Path::new("b"), &made))
-                .unwrap_err()
-                .to_string()
-                .contains("10x6")
-        );
+        let [a, b] =
+            [("a", &a), ("b", &made)].map(|(name, picture)| PictureFile { path: Path::new(name), picture });
+        assert!(check_sizes(a, b).unwrap_err().to_string().contains("10x6"));
     }
 }

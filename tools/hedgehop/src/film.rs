@@ -132,7 +132,7 @@ fn picture(pipe: &mut impl BufRead, width: u32) -> io::Result<Option<RgbImage>> 
     }
 }
 
-/// The last thing that ffmpeg said.
+/// Returns the last line of ffmpeg's messages.
 fn words(complaints: &mut File) -> Option<String> {
     complaints.rewind().ok()?;
     let mut text = Vec::new();

@@ -18,6 +18,15 @@ const APART: f64 = 3.0;
 /// Distance by which a line may leave the straight one under its figure, in heights of it.
 const BENT: f64 = 0.35;
 
+/// Heights of contour lines.
+#[derive(Debug, Clone, Copy)]
+pub struct ContourSpacing {
+    /// Metres from line to line.
+    pub interval: f64,
+    /// Lines from index line to index line: lines whose number is a multiple of it are index lines.
+    pub index: i64,
+}
+
 /// A figure on a line.
 struct Figure {
     text: String,
@@ -26,15 +35,15 @@ struct Figure {
     wide: f64,
 }
 
-/// Draws lines; every `index`-th is thick and has figures.
+/// Draws lines; index lines are thick and have figures. Widths and heights on paper are multiples of `unit`, pixels.
 pub fn draw(
     picture: &mut RgbImage,
     extent: &MapExtent,
     lines: &[Contour],
-    interval: f64,
-    index: i64,
+    spacing: ContourSpacing,
     unit: f64,
 ) {
+    let ContourSpacing { interval, index } = spacing;
     let [mut thin, mut thick] = [Mask::new(picture), Mask::new(picture)];
     let mut figures: Vec<Figure> = Vec::new();
     let bounds = DVec2::new(f64::from(extent.width), f64::from(extent.height));

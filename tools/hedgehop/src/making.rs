@@ -5,7 +5,7 @@ use clap::Args;
 use crate::args::Workers;
 use crate::progress::Mode;
 
-/// Settings of making a database.
+/// Flags of commands that make a database: workers, replacement, progress.
 #[derive(Debug, Clone, Args)]
 pub struct Making {
     #[command(flatten)]

@@ -16,7 +16,7 @@ use hedgehop_query::MapExtent;
 /// All of an area, west, south, east and north.
 pub const WHOLE: [f64; 4] = [f64::MIN, f64::MIN, f64::MAX, f64::MAX];
 
-/// Part of an area, and its fineness.
+/// Flags of a map's part of the area, and of its pixels.
 #[derive(Debug, Clone, Args)]
 pub struct PartArgs {
     /// Part of the area, metres of its reference system [default: all of it]

@@ -31,7 +31,7 @@ const LEAST: u64 = 24 * MIB;
 /// no paint and no turning when a view comes back to it; but heights that frames ahead need must have room.
 const PAGES_SHARE: u64 = 78;
 
-/// The memory of a flight.
+/// Flags of the memory that a flight may take.
 #[derive(Debug, Clone, Copy, Default, Args)]
 pub struct Memory {
     /// Memory to get along with, bytes with suffix K, M or G: frames in flight, pages of the database, light computed from
@@ -83,8 +83,8 @@ pub struct Frames {
     pub gathered: u32,
     /// Objects are merged into them.
     pub has_objects: bool,
-    /// Bytes of a pixel of further channels.
-    pub further: u64,
+    /// Bytes of memory that further channels take per pixel of a whole frame.
+    pub aov_bytes: u64,
     /// Frames that are rendered at once.
     pub in_flight: usize,
     /// Threads that write.
@@ -95,13 +95,14 @@ impl Frames {
     /// Bytes of them, with those of the program.
     fn bytes(self) -> u64 {
         let pixels = u64::from(self.size.width) * u64::from(self.size.height);
-        let whole = if self.product == Product::Frame { WHOLE + self.further } else { 0 };
+        let with_aov = WHOLE + self.aov_bytes;
+        let whole = if self.product == Product::Frame { with_aov } else { 0 };
         // Every encoder holds a frame and what it makes of it, and may have another waiting.
         let waiting = 3 * (WAITING + whole) * self.encoders as u64;
         let ranged = if self.has_objects { RANGED } else { 0 };
-        // Frames whose light is gathered are whole ones of so many pixels, and one of as many as are asked for.
+        // Frames whose light is gathered are whole ones of so many pixels, and one of as many as are asked for, which alone has further channels.
         let rays = u64::from(self.gathered.max(1)).pow(2);
-        let light = if self.gathered > 0 { WHOLE * (rays + 1) } else { whole };
+        let light = if self.gathered > 0 { WHOLE * rays + with_aov } else { whole };
         PROGRAM
             + pixels * (((FLYING + ranged) * rays + light) * self.in_flight as u64 + waiting + BETWEEN * rays)
     }
@@ -217,7 +218,7 @@ pub fn sentence(paging: &Paging) -> String {
     };
     let in_sight = match paging.pages_in_sight {
         0 => String::new(),
-        count => format!(", {count} brought once they were in sight"),
+        count => format!(", {count} brought once they were visible"),
     };
 
     format!(
@@ -296,7 +297,7 @@ mod tests {
     const SIZE: Size = Size { width: 1920, height: 1080 };
 
     fn frames(product: Product, in_flight: usize) -> Frames {
-        Frames { size: SIZE, product, gathered: 0, has_objects: false, further: 0, in_flight, encoders: 1 }
+        Frames { size: SIZE, product, gathered: 0, has_objects: false, aov_bytes: 0, in_flight, encoders: 1 }
     }
 
     fn shares(mib: u64, in_flight: usize) -> Result<Option<Shares>> {
@@ -319,6 +320,16 @@ mod tests {
         let alone = shares(64, 1).unwrap_err().to_string();
         assert!(alone.contains("one frame") && !alone.contains("--in-flight"), "{alone}");
         assert!(shares(least, 2).is_ok() && shares(least - 1, 2).is_err());
+    }
+
+    #[test]
+    fn further_channels_take_memory_in_flight_even_where_light_is_gathered() {
+        let pixels = u64::from(SIZE.width) * u64::from(SIZE.height);
+        for gathered in [0, 2] {
+            let plain = Frames { gathered, encoders: 0, ..frames(Product::Frame, 2) };
+            let rich = Frames { aov_bytes: 20, ..plain };
+            assert_eq!(rich.bytes() - plain.bytes(), 2 * 20 * pixels, "{gathered}");
+        }
     }
 
     #[test]

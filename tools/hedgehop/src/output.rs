@@ -10,6 +10,7 @@ use serde_json::Value;
 
 use crate::reference;
 use crate::sequence::{Flown, Image, Shot};
+use crate::trust::DamagedPage;
 use hedgehop::colour::srgb8_picture;
 use hedgehop::encode::check::{Existing, existing};
 use hedgehop::encode::sidecar::{
@@ -109,7 +110,7 @@ impl<'a> Files<'a> {
 
     /// Writes what made the frames beside them; `existing` are those whose files are whole, `damaged` the pages that coarser levels
     /// stood in for.
-    pub fn list(&self, existing: &[NumberedCamera], flown: &Flown, damaged: &[(PageId, u64)]) -> Result<()> {
+    pub fn list(&self, existing: &[NumberedCamera], flown: &Flown, damaged: &[DamagedPage]) -> Result<()> {
         let Some(folder) = self.folder().filter(|_| self.are_listed() && !existing.is_empty()) else {
             return Ok(());
         };
@@ -117,7 +118,7 @@ impl<'a> Files<'a> {
         manifest.frames = self.records(existing)?;
         manifest.damaged_pages = damaged
             .iter()
-            .map(|&(PageId { level, px, py }, byte)| DamagedRecord { level, px, py, byte })
+            .map(|&DamagedPage { id: PageId { level, px, py }, byte }| DamagedRecord { level, px, py, byte })
             .collect();
         for record in &mut manifest.frames {
             let place = flown.paging.binary_search_by_key(&record.frame, |(number, _)| *number);

@@ -52,8 +52,8 @@ impl<'s, S: PageSource> Places<'s, S> {
         };
         let found = place.filter(|place| self.header().grid.contains(*place));
         found.ok_or_else(|| {
-            let covers = area::extents(self.header()).unwrap_or_default();
-            let hint = match (self.in_metres, x.abs() > 180.0 || y.abs() > 90.0) {
+            let extents = area::extents(self.header()).unwrap_or_default();
+            let advice = match (self.in_metres, x.abs() > 180.0 || y.abs() > 90.0) {
                 (false, true) => "; longitude and latitude are wanted, or --xy for metres",
                 (true, false) if self.degrees.is_some() => {
                     "; metres of its reference system are wanted, or without --xy longitude and latitude"
@@ -61,7 +61,7 @@ impl<'s, S: PageSource> Places<'s, S> {
                 _ => "",
             };
             let [x, y] = [x, y].map(short);
-            Error::Configuration(format!("{x} {y} lies outside the area, {covers}{hint}"))
+            Error::Configuration(format!("{x} {y} lies outside the area, {extents}{advice}"))
         })
     }
 

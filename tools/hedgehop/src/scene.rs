@@ -21,7 +21,7 @@ const PATIENCE: Duration = Duration::from_millis(50);
 /// Stack of the thread that reads, bytes: that of a main thread.
 const STACK: usize = 8 << 20;
 
-/// Flags of what is in sight besides the ground.
+/// Flags of the scene: objects, weather and light besides the ground.
 #[derive(Debug, Clone, Default, clap::Args)]
 #[command(next_help_heading = "Look")]
 pub struct SceneArgs {

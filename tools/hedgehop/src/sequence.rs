@@ -11,7 +11,7 @@ use std::thread;
 
 use crossbeam::channel::{Receiver, Sender, bounded};
 
-use crate::aov::Further;
+use crate::aov::AovInputs;
 use crate::finish::{Finishing, Motion};
 use crate::memory::Live;
 use crate::product::Product;
@@ -63,10 +63,10 @@ pub struct Sequence<'a> {
     pub live: Option<FrameRate>,
     /// Tell every second what paging costs.
     pub stats: bool,
-    /// Objects that are in sight.
+    /// Objects of the scene, if there is one.
     pub playing: Option<&'a Playing>,
     /// Data that whole frames need for their further channels.
-    pub further: &'a Further,
+    pub aov_inputs: &'a AovInputs,
     /// Motion of the eye.
     pub motion: Motion<'a>,
     /// Steps from light to a picture, unless it is codes of the light as it is.
@@ -81,7 +81,7 @@ pub struct Flown {
     /// Cost of paging and fineness of the ground of each delivered frame, in order.
     pub paging: Vec<(u64, Paging)>,
     pub rays: Vec<(u64, Rays)>,
-    /// The first thing that went wrong, or that the user asked to stop.
+    /// First error, or that the user asked to stop.
     pub end: Result<()>,
 }
 
@@ -173,7 +173,7 @@ impl Sequence<'_> {
                 camera: camera.enlarged(side),
             })
             .collect();
-        let foreseen = if side > 1 { &enlarged } else { cameras };
+        let planned = if side > 1 { &enlarged } else { cameras };
         let all = |flying: &Flying<'_>| self.render_all(cameras, flying, sender, failed, rays, observer);
 
         let flown = if let Some(rate) = self.live {
@@ -183,7 +183,7 @@ impl Sequence<'_> {
                     plan.tell(
                         frame,
                         rate.seconds_at(cameras[frame as usize].number),
-                        &foreseen[frame as usize].camera,
+                        &planned[frame as usize].camera,
                     )?;
                     self.look(
                         &self.renderer.over(&flight.begin(frame)),
@@ -197,7 +197,7 @@ impl Sequence<'_> {
                 (numbers.zip(flight.frames()).collect(), end)
             })
         } else {
-            let plan = FlightPlan::new(self.renderer, self.farm, foreseen);
+            let plan = FlightPlan::new(self.renderer, self.farm, planned);
             let plan = if self.product == Product::Picture { plan.of_pictures() } else { plan };
             self.pages.ahead_of(cameras.len() as u32, &plan, |flight| {
                 let look = |farm: &Farm, frame: u32, camera: &Camera| {
@@ -233,7 +233,7 @@ impl Sequence<'_> {
             }
             Product::Frame => {
                 let Rendered { mut frame, account } = renderer.frame_with(camera, &scenery, farm)?;
-                self.further.complete(&mut frame, number, (self.playing, &scenery.bodies), farm)?;
+                self.aov_inputs.complete(&mut frame, number, self.playing, &scenery.bodies, farm)?;
                 (Image::Frame(Box::new(frame)), account.rays)
             }
         })
@@ -272,7 +272,7 @@ impl Sequence<'_> {
             Product::Frame => match finishing.frame(renderer, number, camera, self.playing, farm)? {
                 Some(Rendered { mut frame, account }) => {
                     let scenery = self.playing.map(|playing| playing.scenery(number)).unwrap_or_default();
-                    self.further.complete(&mut frame, number, (self.playing, &scenery.bodies), farm)?;
+                    self.aov_inputs.complete(&mut frame, number, self.playing, &scenery.bodies, farm)?;
                     Ok((Image::Frame(Box::new(frame)), account.rays))
                 }
                 None => plain(),

@@ -9,6 +9,7 @@
 use glam::DVec2;
 
 use crate::reference::metres;
+use crate::view::NumberedPose;
 use hedgehop::Result;
 use hedgehop::space::{Camera, Pose};
 use hedgehop::voxel::Header;
@@ -55,10 +56,10 @@ pub fn sentence(header: &Header) -> String {
     )
 }
 
-/// Poses of a flight, evenly spread over it.
-pub fn some(poses: &[(u64, Pose)]) -> impl Iterator<Item = Pose> {
+/// Picks poses of a flight, evenly spread over it.
+pub fn some(poses: &[NumberedPose]) -> impl Iterator<Item = Pose> {
     let step = poses.len().div_ceil(MOST_POSES).max(1);
-    poses.iter().step_by(step).map(|(_, pose)| *pose)
+    poses.iter().step_by(step).map(|numbered| numbered.pose)
 }
 
 /// Warns of a flight that is much too low for what an area shows.

@@ -24,6 +24,15 @@ pub struct SpeedUp {
     pub error_percent: Option<f64>,
 }
 
+/// Measured speed of one number of workers.
+#[derive(Debug, Clone, Copy)]
+pub struct MeasuredSpeed {
+    /// Worker threads.
+    pub workers: usize,
+    /// Frames per second.
+    pub frames_per_s: f64,
+}
+
 /// Speed-up for 1, 2, 4, … workers and for those that were measured.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Prediction {
@@ -35,15 +44,16 @@ pub struct Prediction {
 
 impl Prediction {
     /// Replays `frames`, as one worker did them, with other numbers of workers that have `in_flight` frames in flight.
-    /// `measured`: workers and frames per second. More workers than `cores` share them, and are not what is predicted.
-    pub fn new(frames: &[FrameWork], in_flight: usize, measured: &[(usize, f64)], cores: usize) -> Self {
+    /// More workers than `cores` share them, and are not what is predicted.
+    pub fn new(frames: &[FrameWork], in_flight: usize, measured: &[MeasuredSpeed], cores: usize) -> Self {
         let mut counts: Vec<usize> = std::iter::successors(Some(1), |n| Some(n * 2))
             .take_while(|&n| n <= MOST_WORKERS)
-            .chain(measured.iter().map(|(workers, _)| *workers))
+            .chain(measured.iter().map(|speed| speed.workers))
             .collect();
         counts.sort_unstable();
         counts.dedup();
-        let rate = |workers| measured.iter().find(|(other, _)| *other == workers).map(|(_, rate)| *rate);
+        let rate =
+            |workers| measured.iter().find(|speed| speed.workers == workers).map(|speed| speed.frames_per_s);
         let one = makespan(frames, 1, 1).as_secs_f64();
 
         let speed_up = |workers| {
@@ -98,7 +108,9 @@ mod tests {
     fn the_prediction_stands_beside_what_was_measured() {
         let ms = Duration::from_millis;
         let frame = FrameWork { serial: ms(10), stages: vec![vec![ms(1); 45], vec![ms(1); 45]] };
-        let prediction = Prediction::new(&vec![frame; 4], 1, &[(1, 10.0), (3, 24.0)], 8);
+        let measured =
+            [(1, 10.0), (3, 24.0)].map(|(workers, frames_per_s)| MeasuredSpeed { workers, frames_per_s });
+        let prediction = Prediction::new(&vec![frame; 4], 1, &measured, 8);
         assert!((prediction.serial_share - 0.1).abs() < 1e-9);
         let workers: Vec<_> = prediction.speed_up.iter().map(|line| line.workers).collect();
         assert_eq!(workers, [1, 2, 3, 4, 8, 16, 32, 64, 128, 256]);

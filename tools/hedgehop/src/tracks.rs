@@ -5,7 +5,7 @@ use clap::Args;
 use hedgehop::flight::{AltitudeMode, ReadOptions};
 use hedgehop::{Error, Result};
 
-/// One of several tracks of a file, and their order.
+/// Flags of the fixes of a path file: which of several tracks, and their order.
 #[derive(Debug, Clone, Copy, Default, Args)]
 pub struct TrackArgs {
     /// The one of several tracks (segments of GPX, gx:Tracks of KML) in the path file, counted from 1; a number that

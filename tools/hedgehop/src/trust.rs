@@ -5,12 +5,29 @@ use std::path::Path;
 use clap::{Args, ValueEnum};
 use serde_json::Value;
 
+use hedgehop::memory::PageFile;
 use hedgehop::voxel::{Damaged, PageId, Trust, Verify};
 
 /// Damaged pages that are named one by one.
 const NAMED: usize = 8;
 
-/// Flags of how a database is read.
+/// A damaged page that a coarser level stood in for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct DamagedPage {
+    /// Page of the database.
+    pub id: PageId,
+    /// Offset of the page in the database's file, bytes.
+    pub byte: u64,
+}
+
+impl DamagedPage {
+    /// Returns the pages of a database that were met and found damaged.
+    pub fn of(file: &PageFile) -> Vec<Self> {
+        file.damaged().into_iter().map(|(id, byte)| Self { id, byte }).collect()
+    }
+}
+
+/// Flags of trust in a database: when its pages are checked, and treatment of damaged ones.
 #[derive(Debug, Clone, Copy, Default, Args)]
 pub struct TrustArgs {
     /// Time at which pages are checked against their checksums
@@ -68,12 +85,12 @@ impl TrustArgs {
 }
 
 /// Reports the pages that were left out; `None` if none were.
-pub fn sentence(area: &Path, damaged: &[(PageId, u64)]) -> Option<String> {
+pub fn sentence(area: &Path, damaged: &[DamagedPage]) -> Option<String> {
     if damaged.is_empty() {
         return None;
     }
     let named: Vec<String> =
-        damaged.iter().take(NAMED).map(|(id, byte)| format!("{id} at byte {byte}")).collect();
+        damaged.iter().take(NAMED).map(|DamagedPage { id, byte }| format!("{id} at byte {byte}")).collect();
     let more = damaged.len().saturating_sub(NAMED);
     let more = if more > 0 { format!(", and {more} more") } else { String::new() };
     Some(format!(
@@ -98,7 +115,7 @@ mod tests {
 
     #[test]
     fn many_damaged_pages_are_counted() {
-        let page = |px| (PageId { level: 0, px, py: 0 }, u64::from(px) * 4096);
+        let page = |px| DamagedPage { id: PageId { level: 0, px, py: 0 }, byte: u64::from(px) * 4096 };
         assert_eq!(sentence(Path::new("a.hop"), &[]), None);
         let all: Vec<_> = (0..11).map(page).collect();
         let said = sentence(Path::new("a.hop"), &all).unwrap();

@@ -31,6 +31,15 @@ const MOST_FRAMES: usize = 10_000_000;
 /// Metres by which an eye on the ground may lie below it.
 const ROUNDING: f64 = 1.0e-3;
 
+/// Pose of the eye in a frame.
+#[derive(Debug, Clone, Copy)]
+pub struct NumberedPose {
+    /// Number of the frame, 1…
+    pub number: u64,
+    /// Pose of the eye.
+    pub pose: Pose,
+}
+
 /// Flags of the flight: the path of the eye.
 #[derive(Debug, Clone, clap::Args)]
 #[command(next_help_heading = "Flight")]
@@ -78,7 +87,7 @@ pub struct FlightArgs {
     pub world: WorldArgs,
 }
 
-/// Flags of the look of pictures.
+/// Flags of the ground's surface and its light: sun, shadows, haze, detail.
 #[derive(Debug, Clone, clap::Args)]
 #[command(next_help_heading = "Look")]
 pub struct LookArgs {
@@ -202,15 +211,15 @@ impl FlightArgs {
     }
 
     /// Poses of a map: straight down from above all ground, grid north up, unless --ypr says otherwise.
-    fn look_down(&self, highest: f64, poses: &mut [(u64, Pose)], observer: &dyn Observer) {
+    fn look_down(&self, highest: f64, poses: &mut [NumberedPose], observer: &dyn Observer) {
         if self.ypr.is_some() {
             return;
         }
         let above = highest.ceil() + 1.0;
-        if poses.iter().any(|(_, pose)| pose.eye.z < above) {
+        if poses.iter().any(|numbered| numbered.pose.eye.z < above) {
             observer.note(&format!("the map is seen from {above} m, above all ground"));
         }
-        for (_, pose) in poses {
+        for NumberedPose { pose, .. } in poses {
             pose.attitude = Attitude { yaw: 0.0, pitch: -90.0, roll: 0.0 };
             pose.eye.z = pose.eye.z.max(above);
         }
@@ -247,7 +256,7 @@ impl FlightArgs {
         let mut poses: Vec<_> = frames
             .iter()
             .take(MOST_FRAMES)
-            .map(|number| (number, trajectory.pose_at(fps.seconds_at(number))))
+            .map(|number| NumberedPose { number, pose: trajectory.pose_at(fps.seconds_at(number)) })
             .collect();
         if poses.len() == MOST_FRAMES {
             return Err(Error::Configuration(format!(
@@ -273,10 +282,8 @@ impl FlightArgs {
                 .for_each(|note| observer.note(note));
         }
 
-        let cameras = poses
-            .into_iter()
-            .map(|(number, pose)| NumberedCamera { number, camera: setup.camera(pose) })
-            .collect();
+        let camera_of = |NumberedPose { number, pose }| NumberedCamera { number, camera: setup.camera(pose) };
+        let cameras = poses.into_iter().map(camera_of).collect();
         Ok((trajectory, cameras))
     }
 
@@ -293,13 +300,13 @@ impl FlightArgs {
         let count = trajectory.frame_count(fps.per_second());
         let beside = |number: u64| if number < count || number == 1 { number + 1 } else { number - 1 };
         let numbers: Vec<u64> = numbers.collect();
-        let pose = |number: u64| (number, trajectory.pose_at(fps.seconds_at(number)));
+        let pose = |number: u64| NumberedPose { number, pose: trajectory.pose_at(fps.seconds_at(number)) };
         let mut poses: Vec<_> = numbers.iter().map(|number| pose(beside(*number))).collect();
         if setup.is_map() {
             self.look_down(source.header().height_range.high, &mut poses, &Silent);
         }
-        let partner = |(own, (number, pose))| (own, Partner { number, camera: setup.camera(pose) });
-        Ok(numbers.into_iter().zip(poses).map(partner).collect())
+        let partner = |NumberedPose { number, pose }| Partner { number, camera: setup.camera(pose) };
+        Ok(numbers.into_iter().zip(poses.into_iter().map(partner)).collect())
     }
 
     fn track(&self) -> Result<Track> {
@@ -350,11 +357,14 @@ pub fn over_ground<S: PageSource, T>(
     }
 }
 
-fn check_inside<S: PageSource>(file: &Path, source: &S, poses: &[(u64, Pose)]) -> Result<()> {
+fn check_inside<S: PageSource>(file: &Path, source: &S, poses: &[NumberedPose]) -> Result<()> {
     let header = source.header();
     let inside = |pose: &Pose| header.grid.contains(pose.eye.truncate());
-    let Some((number, pose)) = poses.iter().find(|(_, pose)| !inside(pose)) else { return Ok(()) };
-    let within: Vec<u64> = poses.iter().filter(|(_, pose)| inside(pose)).map(|(number, _)| *number).collect();
+    let Some(NumberedPose { number, pose }) = poses.iter().find(|outside| !inside(&outside.pose)) else {
+        return Ok(());
+    };
+    let within: Vec<u64> =
+        poses.iter().filter(|within| inside(&within.pose)).map(|within| within.number).collect();
     let degrees =
         !reference::crs(header)?.is_local() && pose.eye.x.abs() <= 180.0 && pose.eye.y.abs() <= 90.0;
 
@@ -380,7 +390,7 @@ fn check_above_ground<S: PageSource>(
     flight: &FlightArgs,
     source: &S,
     fps: FrameRate,
-    poses: &[(u64, Pose)],
+    poses: &[NumberedPose],
     observer: &dyn Observer,
 ) -> Result<()> {
     let depth = |pose: &Pose| -> Result<Option<f64>> {
@@ -393,7 +403,7 @@ fn check_above_ground<S: PageSource>(
     };
 
     let mut below: Vec<(u64, f64)> = Vec::new();
-    for (number, pose) in poses {
+    for NumberedPose { number, pose } in poses {
         below.extend(depth(pose)?.map(|depth| (*number, depth)));
     }
 

@@ -10,7 +10,7 @@ use hedgehop::raymarch::{endless_ground_height, ground_height};
 use hedgehop::render::RenderOptions;
 use hedgehop::voxel::{Grid, Header, PageSource};
 
-/// Flags of how the world goes on.
+/// Flags of the world beyond the database: the Earth's curvature, and repetition of the area.
 #[derive(Debug, Clone, Copy, Default, clap::Args)]
 #[command(next_help_heading = "World")]
 pub struct WorldArgs {

@@ -31,8 +31,8 @@ use crate::plot;
 use crate::product::Product;
 use crate::progress::Reporter;
 use crate::scene::{self, Playing};
-use crate::speedup::Prediction;
-use crate::trust;
+use crate::speedup::{MeasuredSpeed, Prediction};
+use crate::trust::{self, DamagedPage};
 use crew::{Crew, Pass, crews, last_passes};
 use frames::Timed;
 use hedgehop::encode::atomic::{check_writable, write_bytes};
@@ -92,7 +92,7 @@ pub fn run(args: &BenchArgs, interrupt: &Interrupt) -> Outcome {
         product: Product::Picture,
         gathered: 0,
         has_objects,
-        further: 0,
+        aov_bytes: 0,
         in_flight,
         encoders: 0,
     };
@@ -102,7 +102,9 @@ pub fn run(args: &BenchArgs, interrupt: &Interrupt) -> Outcome {
     let cameras = args.flight.cameras(&args.area, &source, &setup, args.fps, choose, &reporter)?;
     args.memory.preload(&source, shares, &reporter)?;
     let report = measure(args, scene.as_ref(), &source, shares, setup.size, &cameras, &reporter)?;
-    trust::sentence(&args.area, &source.file().damaged()).iter().for_each(|sentence| reporter.note(sentence));
+    trust::sentence(&args.area, &DamagedPage::of(source.file()))
+        .iter()
+        .for_each(|sentence| reporter.note(sentence));
 
     if let Some(file) = &args.svg {
         let svg = plot::bench(&report)
@@ -182,7 +184,10 @@ fn measure(
     let all: Vec<Figures> =
         crews.iter().map(|crew| figures(crew, encode_ms, cameras.len() as f64, pixels)).collect();
     let one = crews[0].passes.iter().map(|pass| FrameWork::from_trace(&pass.trace));
-    let measured: Vec<_> = all.iter().map(|figures| (figures.workers, figures.frames_per_s)).collect();
+    let measured: Vec<_> = all
+        .iter()
+        .map(|figures| MeasuredSpeed { workers: figures.workers, frames_per_s: figures.frames_per_s })
+        .collect();
     let in_flight = args.overlap.in_flight.unwrap_or(DEFAULT_IN_FLIGHT);
     let prediction = Prediction::new(&FrameWork::least(one), in_flight, &measured, args::available_cores());
     let listed = all.into_iter().zip(&crews).filter(|(_, crew)| crew.is_listed);

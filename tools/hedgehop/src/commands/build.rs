@@ -317,9 +317,9 @@ impl BuildArgs {
     /// The same with files in place of patterns.
     fn with_files(mut self) -> hedgehop::Result<Self> {
         let files: [(&str, &mut Vec<PathBuf>, &[&str]); 6] = [
-            ("--elevation", &mut self.elevation, &args::ELEVATION),
+            ("--elevation", &mut self.elevation, &args::ELEVATION_ENDINGS),
             ("--cloud", &mut self.cloud, &["laz", "las"]),
-            ("--imagery", &mut self.imagery, &args::IMAGERY),
+            ("--imagery", &mut self.imagery, &args::IMAGERY_ENDINGS),
             ("--land-cover", &mut self.land_cover, &["tif", "tiff"]),
             ("--features", &mut self.features, &["geojson", "json", "shp", "gpkg", "csv"]),
             ("--corridor", &mut self.corridor, &["csv", "gpx", "igc", "kml"]),

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use serde_json::json;
 
 use crate::args::check_no_input;
-use crate::difference::{HEAD, Sums, check_sizes, panels};
+use crate::difference::{HEAD, PictureFile, Sums, check_sizes, panels};
 use crate::exit::{self, Outcome};
 use crate::interrupt::Interrupt;
 use crate::pictures;
@@ -115,7 +115,7 @@ pub fn run(args: &CompareArgs, interrupt: &Interrupt) -> Outcome {
 fn one(pair: &Pair, args: &CompareArgs, viewer: &mut Viewer) -> hedgehop::Result<Sums> {
     let [first, second] = &pair.files;
     let (a, b) = (pictures::open(first)?, pictures::open(second)?);
-    check_sizes((first, &a), (second, &b))?;
+    check_sizes(PictureFile { path: first, picture: &a }, PictureFile { path: second, picture: &b })?;
     let sums = Sums::of(&a, &b);
     if let Some(output) = &pair.output {
         write_bytes(output, &pictures::png(&panels(&a, &b, args.amplify), output)?)?;

@@ -7,6 +7,7 @@ use image::{Rgb, RgbImage};
 
 use crate::exit::{self, Outcome};
 use crate::interrupt::Interrupt;
+use crate::lines::ContourSpacing;
 use crate::places::Places;
 use crate::progress::{Mode, Reporter};
 use crate::{args, chart, lines, maps, pictures, reference};
@@ -120,16 +121,16 @@ pub fn run(args: &ContoursArgs, interrupt: &Interrupt) -> Outcome {
     let interval = args.interval.unwrap_or_else(|| fitting_interval(low, high));
     maps::check_output(&args.output, &[&args.area])?;
     let found = contours(&source, level, bounds, interval, &reporter)?;
-    let index = i64::from(args.index);
+    let spacing = ContourSpacing { interval, index: i64::from(args.index) };
 
     match form {
-        Form::Lines => write_geojson(args, &source, &found, (interval, index), &reporter)?,
+        Form::Lines => write_geojson(args, &source, &found, spacing, &reporter)?,
         Form::Tiff => {
-            let picture = map(&source, extent, &found, (interval, index), &reporter)?;
+            let picture = map(&source, extent, &found, spacing, &reporter)?;
             write_tiff(&args.output, &picture, &extent, header, &reporter)?;
         }
         Form::Png => {
-            let picture = map(&source, extent, &found, (interval, index), &reporter)?;
+            let picture = map(&source, extent, &found, spacing, &reporter)?;
             write_bytes(&args.output, &pictures::png(&picture, &args.output)?)?;
             maps::write_beside(&args.output, &extent, header, &reporter)?;
         }
@@ -215,13 +216,13 @@ fn map(
     source: &PageFile,
     extent: MapExtent,
     found: &[Contour],
-    (interval, index): (f64, i64),
+    spacing: ContourSpacing,
     observer: &dyn Observer,
 ) -> Result<RgbImage> {
     let unit = (f64::from(extent.width.max(extent.height)) / 1600.0).max(0.75);
     let mut picture = relief(source, extent, observer)?;
-    lines::draw(&mut picture, &extent, found, interval, index, unit);
-    let text = format!("CONTOURS {} m", reference::metres(interval));
+    lines::draw(&mut picture, &extent, found, spacing, unit);
+    let text = format!("CONTOURS {} m", reference::metres(spacing.interval));
     chart::scale(&mut picture, 1.0 / extent.pixel, &text, unit);
     Ok(picture)
 }
@@ -256,7 +257,7 @@ fn write_geojson(
     args: &ContoursArgs,
     source: &PageFile,
     found: &[Contour],
-    (interval, index): (f64, i64),
+    spacing: ContourSpacing,
     observer: &dyn Observer,
 ) -> Result<()> {
     let places = Places::new(source, false)?;
@@ -271,7 +272,7 @@ fn write_geojson(
             if number > 0 {
                 write!(file, ",")?;
             }
-            write_line(&mut file, &places, line, interval, index)?;
+            write_line(&mut file, &places, line, spacing)?;
         }
         writeln!(file, "\n]}}")?;
         file.flush()
@@ -282,9 +283,9 @@ fn write_line(
     file: &mut impl Write,
     places: &Places<'_, PageFile>,
     line: &Contour,
-    interval: f64,
-    index: i64,
+    spacing: ContourSpacing,
 ) -> io::Result<()> {
+    let ContourSpacing { interval, index } = spacing;
     let elevation = lines::text(line.number as f64 * interval, interval);
     let is_index = line.number % index == 0;
     write!(

@@ -47,13 +47,13 @@ const AROUND: f64 = 0.15;
 const LEAST_AROUND: f64 = 100.0;
 /// Most that one side of a map is as long as the other.
 const LONGEST: f64 = 1.6;
-/// Pixels of the frames that tell what is in sight: 16 by 9, as a picture.
-const SIGHT: Size = Size { width: 64, height: 36 };
+/// Size of the frames that tell which ground is visible: 16 by 9, as a picture.
+const FOOTPRINT_SIZE: Size = Size { width: 64, height: 36 };
 
 /// Draw a map of a database with a flight over it.
 ///
-/// The ground is seen from straight above with relief, north up; on it the path from its start (a disc) to its end (a square), what some frames have in
-/// sight, and a scale.
+/// The ground is seen from straight above with relief, north up; on it the path from its start (a disc) to its end (a square), the visible ground of some
+/// frames, and a scale.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLE, after_long_help = format!("{EXAMPLE}\n\n{}", exit::HELP))]
 pub struct OverviewArgs {
@@ -80,7 +80,7 @@ pub struct OverviewArgs {
     #[arg(long)]
     whole: bool,
 
-    /// Frames of the path whose sight is drawn, evenly spread; 0: none
+    /// Frames of the path whose visible ground is drawn, evenly spread; 0: none
     #[arg(long, value_name = "N", default_value = "6", value_parser = clap::value_parser!(u32).range(0..=100))]
     footprints: u32,
 
@@ -112,7 +112,7 @@ pub fn run(args: &OverviewArgs, interrupt: &Interrupt) -> Outcome {
     check_writable(&args.output)?;
     let farm = Farm::new(args.workers.count())?;
     let flight = args.path.as_ref().map(|_| flight(args, &source, &reporter)).transpose()?;
-    let places = flight.as_ref().map(|(trajectory, _)| places(trajectory)).unwrap_or_default();
+    let places = flight.as_ref().map(|flight| places(&flight.trajectory)).unwrap_or_default();
     let camera = camera(source.header(), if args.whole { &[] } else { &places }, args.size);
     let picture = relief(&source, &camera, &farm, &reporter)?;
     let footprints = match &flight {
@@ -133,12 +133,16 @@ pub fn run(args: &OverviewArgs, interrupt: &Interrupt) -> Outcome {
     Ok(exit::print(&text)?)
 }
 
-/// The path over the database, and how its frames are looked at.
-fn flight(
-    args: &OverviewArgs,
-    source: &PageFile,
-    observer: &dyn Observer,
-) -> Result<(Trajectory, FlightArgs)> {
+/// A flight over the database.
+struct OverviewFlight {
+    /// Path of the eye over the database.
+    trajectory: Trajectory,
+    /// Flags of the flight, with the screen of its frames.
+    args: FlightArgs,
+}
+
+/// Binds the path to the database.
+fn flight(args: &OverviewArgs, source: &PageFile, observer: &dyn Observer) -> Result<OverviewFlight> {
     let flight = FlightArgs {
         path: args.path.clone(),
         eye: None,
@@ -149,11 +153,11 @@ fn flight(
         tracks: args.tracks,
         clearance: None,
         allow_below_ground: false,
-        screen: ScreenArgs { hfov: args.hfov, size: Some(SIGHT), ..ScreenArgs::default() },
+        screen: ScreenArgs { hfov: args.hfov, size: Some(FOOTPRINT_SIZE), ..ScreenArgs::default() },
         world: WorldArgs::default(),
     };
     let trajectory = flight.bind(source, &flight.screen.setup()?, observer)?;
-    Ok((trajectory, flight))
+    Ok(OverviewFlight { trajectory, args: flight })
 }
 
 /// Places of a path, in order.
@@ -241,18 +245,19 @@ fn relief(source: &PageFile, camera: &Camera, farm: &Farm, observer: &dyn Observ
         .unwrap_or_else(|| RgbImage::from_pixel(width, height, Rgb(NO_GROUND))))
 }
 
-/// Returns the ground that evenly spread frames of a flight have in sight.
+/// Returns the visible ground of evenly spread frames of a flight.
 fn footprints(
     count: u32,
     source: &PageFile,
-    (trajectory, flight): &(Trajectory, FlightArgs),
+    flight: &OverviewFlight,
     farm: &Farm,
     observer: &dyn Observer,
 ) -> Result<Vec<Footprint>> {
-    let (setup, options) = (flight.screen.setup()?, RenderOptions::of(source.header()));
+    let OverviewFlight { trajectory, args } = flight;
+    let (setup, options) = (args.screen.setup()?, RenderOptions::of(source.header()));
     let renderer = Renderer::new(source, &options);
     let mut footprints = Vec::new();
-    observer.begin("frames in sight", u64::from(count), "frames");
+    observer.begin("visible ground", u64::from(count), "frames");
     for index in 0..count {
         if observer.cancelled() {
             return Err(Error::Interrupted("the map was not written".into()));

@@ -36,7 +36,7 @@ const TIMED: Duration = Duration::from_secs(1);
 
 /// Say what a flight needs: pages, memory, disk, the ground about its path; and whether this machine can do it.
 ///
-/// Nothing is rendered. Pages are foreseen as `render` does it, from bounds of coarse voxels: some that are counted will not be touched,
+/// Nothing is rendered. Pages are planned as `render` does it, from bounds of coarse voxels: some that are counted will not be touched,
 /// none is touched that is not counted.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLE, after_long_help = format!("{EXAMPLE}\n\n{}", exit::HELP))]
@@ -191,7 +191,7 @@ pub fn run(args: &PlanArgs, interrupt: &Interrupt) -> Outcome {
     let farm = Farm::new(args.workers.count())?;
     let frames = Frames {
         has_objects: scene::has_objects(scene.as_ref()),
-        further: 0,
+        aov_bytes: 0,
         size: setup.size,
         product: Product::Picture,
         gathered: if finish.is_developed() || finish.gathers() { finish.antialias } else { 0 },
@@ -260,8 +260,7 @@ fn report(
     let (view, ahead) = (most(&|needs| needs.bytes), most(&|needs| needs.ahead_bytes));
     let first_frame_bytes = plan.frames.first().map_or(0, |needs| needs.first_bytes);
     let second = args.fps.per_second().ceil() as usize;
-    let needed = plan.pages();
-    let pages: Vec<PageId> = needed.iter().map(|(id, _)| *id).collect();
+    let pages: Vec<PageId> = plan.pages().iter().map(|(id, _)| *id).collect();
     let disk = if args.no_timing { None } else { Some(file.time_reading(&pages, TIMED)?) };
 
     let mut report = PlanReport {
@@ -280,7 +279,7 @@ fn report(
         memory_bytes: frames.memory_for(ahead),
         memory_bytes_least: frames.memory_for(view),
         memory_bytes_given: args.memory,
-        levels: levels(file, cameras, &needed),
+        levels: levels(file, cameras, &pages),
         machine: Machine {
             memory_bytes: memory::available(),
             disk_bytes_per_s: disk.map(|(bytes, time)| bytes as f64 / time.as_secs_f64().max(1e-9)),
@@ -298,14 +297,14 @@ fn report(
     Ok(report)
 }
 
-fn levels(file: &PageFile, cameras: &[NumberedCamera], needed: &[(PageId, u32)]) -> Vec<LevelNeeds> {
+fn levels(file: &PageFile, cameras: &[NumberedCamera], needed: &[PageId]) -> Vec<LevelNeeds> {
     let header = file.header();
     let grid = &header.grid;
     let stored = area::shares(header, file.directory());
 
     let level_needs = |level: u8| {
-        let own: Vec<_> = needed.iter().filter(|(id, _)| id.level == level).collect();
-        let squares = || own.iter().map(|(id, _)| grid.page_square(*id));
+        let own: Vec<_> = needed.iter().filter(|id| id.level == level).collect();
+        let squares = || own.iter().map(|id| grid.page_square(**id));
         let reach = squares().map(|[low, high]| {
             let eyes = cameras.iter().map(|frame| frame.camera.pose.eye.truncate());
             // To the corner that is farthest.
@@ -318,7 +317,7 @@ fn levels(file: &PageFile, cameras: &[NumberedCamera], needed: &[(PageId, u32)])
             pages: own.len() as u64,
             bytes: own
                 .iter()
-                .filter_map(|(id, _)| file.directory().get(*id))
+                .filter_map(|id| file.directory().get(**id))
                 .map(|entry| u64::from(entry.length))
                 .sum(),
             bytes_stored: stored[usize::from(level)].bytes,
@@ -337,7 +336,7 @@ impl PlanReport {
         let wanted = self.memory_bytes_given.map_or(self.memory_bytes, |given| given.min(self.memory_bytes));
         if let Some(given) = self.memory_bytes_given.filter(|given| *given < self.memory_bytes_least) {
             obstacles.push(format!(
-                "all that the fullest frame may have in sight does not fit into --memory {}: it may wait, or meet demand misses; \
+                "all pages that may be visible in the fullest frame do not fit into --memory {}: it may wait, or meet demand misses; \
                  give {}M, or a smaller --size",
                 amount(given),
                 mib_up(self.memory_bytes_least)
@@ -391,7 +390,7 @@ impl PlanReport {
         line(
             "memory",
             format!(
-                "--memory {}M looks {LOOKAHEAD} frames ahead, {}M holds all that the fullest frame may have in sight",
+                "--memory {}M looks {LOOKAHEAD} frames ahead, {}M holds all pages that may be visible in the fullest frame",
                 mib_up(self.memory_bytes),
                 mib_up(self.memory_bytes_least)
             ),

@@ -6,16 +6,16 @@ mod replacing;
 
 pub use flags::RenderArgs;
 
-use crate::commands::render::flags::WORKERS_PER_ENCODER;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use serde_json::{Value, json};
 
-use crate::aov::{Aov, Further};
+use crate::aov::{AovInputs, AovKind};
 use crate::area;
 use crate::args::check_no_input;
+use crate::commands::render::flags::WORKERS_PER_ENCODER;
 use crate::exit::{self, Outcome, STDOUT};
 use crate::finish::{self, Finishing, Motion};
 use crate::interrupt::Interrupt;
@@ -27,16 +27,19 @@ use crate::scene::{self, Playing};
 use crate::screen::Setup;
 use crate::sequence::{Fineness, Sequence};
 use crate::traffic::{self, Traffic};
-use crate::trust;
+use crate::trust::{self, DamagedPage};
+use hedgehop::earth::Curvature;
 use hedgehop::encode::atomic::write_with;
 use hedgehop::encode::video::{check_video, encode_video};
 use hedgehop::encode::{FrameSet, Target, sidecar};
+use hedgehop::flight::Trajectory;
+use hedgehop::frame::hud::MiniMap;
 use hedgehop::memory::{PageFile, Paging, ResidentPages};
 use hedgehop::progress::Observer;
 use hedgehop::render::{NumberedCamera, RenderOptions, Renderer};
-use hedgehop::scene::Scene;
+use hedgehop::scene::{Finish, Hud, Scene};
 use hedgehop::subimage::Farm;
-use hedgehop::voxel::{PageId, PageSource};
+use hedgehop::voxel::{Header, PageSource};
 use hedgehop::{Error, Result, Size};
 
 /// Result of a flight.
@@ -44,17 +47,21 @@ use hedgehop::{Error, Result, Size};
 pub struct Done {
     /// Files of the frames asked for, rising; the one file of a stream.
     pub files: Vec<PathBuf>,
+    /// Size of each frame.
     size: Size,
     /// Cost of paging.
     pub paging: Paging,
-    /// Pages that coarser levels stood in for, and where each begins in the database.
-    damaged: Vec<(PageId, u64)>,
+    /// Pages that coarser levels stood in for.
+    damaged: Vec<DamagedPage>,
     /// Fineness of the ground that was seen.
     fineness: Fineness,
     /// Whether the database stores all pages of all levels.
     is_whole: bool,
+    /// Number of frames rendered.
     rendered: usize,
+    /// Number of frames that were there already.
     kept: usize,
+    /// Time from the first frame to the last, seconds.
     seconds: f64,
 }
 
@@ -108,135 +115,149 @@ impl Done {
     }
 }
 
+/// Frames as flags and the scene ask for them.
+struct FrameRequest {
+    /// Scene, if there is one.
+    scene: Option<Scene>,
+    /// Steps from light to a picture.
+    finish: Finish,
+    /// Instruments over the picture.
+    hud: Hud,
+    /// Screen of the frames.
+    setup: Setup,
+    /// Product of each frame.
+    product: Product,
+}
+
+impl FrameRequest {
+    /// Reads the scene and refuses flags that do not go together.
+    fn read(args: &RenderArgs, reporter: &Reporter) -> Result<Self> {
+        let scene = args.scene.read(reporter)?;
+        let (finish, hud) = (args.finish.finish(scene.as_ref())?, args.finish.hud(scene.as_ref()));
+        let setup = args.flight.screen.setup()?.behind_lens(finish.distortion)?;
+        check_combination(args, scene.as_ref(), setup.size)?;
+        args.aov.check(args.output.target(), &setup)?;
+        let product = if args.output.target() == Target::Exr { Product::Frame } else { Product::Picture };
+        Ok(Self { scene, finish, hud, setup, product })
+    }
+
+    /// Returns what the flight's frames take of the memory.
+    fn frames(&self, aov_bytes: u64, in_flight: usize, encoders: usize) -> Frames {
+        let is_gathered =
+            self.finish.gathers() || self.finish.is_developed() && self.product == Product::Picture;
+        Frames {
+            size: self.setup.size,
+            product: self.product,
+            gathered: if is_gathered { self.finish.antialias } else { 0 },
+            has_objects: scene::has_objects(self.scene.as_ref()),
+            aov_bytes,
+            in_flight,
+            encoders,
+        }
+    }
+}
+
+/// A flight over the database, with the objects of its scene.
+struct SceneFlight {
+    /// Path of the eye over time.
+    trajectory: Trajectory,
+    /// Numbers and cameras of the frames, rising.
+    cameras: Vec<NumberedCamera>,
+    /// Objects of the scene, if there is one.
+    playing: Option<Playing>,
+}
+
+impl SceneFlight {
+    /// Binds path and scene to the database, whose ground is read from `ground`.
+    fn bind<S: PageSource>(
+        args: &RenderArgs,
+        request: &FrameRequest,
+        ground: &S,
+        reporter: &Reporter,
+    ) -> Result<Self> {
+        let FrameRequest { scene, finish, setup, .. } = request;
+        let choose = |count| Ok(args.frames.clone().unwrap_or_else(|| FrameSet::all(count)));
+        let (trajectory, cameras) =
+            args.flight.flight(&args.area, ground, setup, args.fps, choose, reporter)?;
+        finish::check_lens(&cameras, finish)?;
+
+        let scene = scene.as_ref();
+        let playing = scene.map(|scene| Playing::new(scene, ground, args.flight.world, args.fps, reporter));
+        let playing = playing.transpose()?;
+        if let Some(note) = scene.filter(|_| setup.is_map()).and_then(scene::left_out_of_map) {
+            reporter.note(&note);
+        }
+
+        Ok(Self { trajectory, cameras, playing })
+    }
+}
+
 /// Renders everything that `args` asks for. Frames that are finished when something goes wrong stay, and are listed.
 pub fn fly(args: &RenderArgs, file: PageFile, reporter: &Reporter) -> Result<Done> {
-    let scene = args.scene.read(reporter)?;
-    let scene = scene.as_ref();
-    let (finish, hud) = (args.finish.finish(scene)?, args.finish.hud(scene));
-    let setup = args.flight.screen.setup()?.behind_lens(finish.distortion)?;
-    check_combination(args, scene, setup.size)?;
-    args.aov.check(args.output.target(), &setup)?;
-    let product = if args.output.target() == Target::Exr { Product::Frame } else { Product::Picture };
+    let request = FrameRequest::read(args, reporter)?;
+    let FrameRequest { finish, hud, setup, product, .. } = &request;
     let farm = Farm::new(args.workers.count())?;
     let encoders = farm.workers().div_ceil(WORKERS_PER_ENCODER);
     let in_flight = farm.in_flight(args.overlap.in_flight);
-    let has_objects = scene::has_objects(scene);
-    let further = args.aov.pixel_bytes();
-
-    let shares = args.memory.shares(Frames {
-        size: setup.size,
-        product,
-        gathered: if finish.gathers() || finish.is_developed() && product == Product::Picture {
-            finish.antialias
-        } else {
-            0
-        },
-        has_objects,
-        further,
-        in_flight,
-        encoders,
-    })?;
+    let shares = args.memory.shares(request.frames(args.aov.pixel_bytes(), in_flight, encoders))?;
 
     let pages = ResidentPages::new(file, shares.map(|shares| shares.pages));
     let source = &pages;
-    let choose = |count| Ok(args.frames.clone().unwrap_or_else(|| FrameSet::all(count)));
-    let (trajectory, cameras) = match args.late {
-        Late::Wait => args.flight.flight(&args.area, source, &setup, args.fps, choose, reporter)?,
+    let flight = match args.late {
+        Late::Wait => SceneFlight::bind(args, &request, source, reporter)?,
         // Ground under the path is not to be in memory because the path is known.
-        Late::Coarser => args.flight.flight(&args.area, source.file(), &setup, args.fps, choose, reporter)?,
+        Late::Coarser => SceneFlight::bind(args, &request, source.file(), reporter)?,
     };
-    finish::check_lens(&cameras, &finish)?;
-    let playing = scene.map(|scene| match args.late {
-        Late::Wait => Playing::new(scene, source, args.flight.world, args.fps, reporter),
-        Late::Coarser => Playing::new(scene, source.file(), args.flight.world, args.fps, reporter),
-    });
-    let playing = playing.transpose()?;
-    if let Some(note) = scene.filter(|_| setup.is_map()).and_then(scene::left_out_of_map) {
-        reporter.note(&note);
-    }
+    let SceneFlight { trajectory, cameras, playing } = &flight;
 
-    let look = args.look.options(scene, source.header())?;
-    let matte = args.aov.has(Aov::Cryptomatte);
-    let look = RenderOptions { engine: args.instructions.engine(), matte, ..look };
-    let options = args.flight.world.apply(source.header(), look);
-    if let Some(note) = notes::other_sun(&args.area, source.header(), options.sun) {
-        reporter.note(&note);
-    }
-
+    let options = render_options(args, request.scene.as_ref(), source.header(), reporter)?;
     let mut renderer = Renderer::new(source, &options).with_isa(args.instructions.isa());
     if let Some(shares) = shares {
         renderer = renderer.with_memory(shares.derived as usize);
     }
 
-    notes::left_to_reference(&renderer, &options, &cameras, finish.antialias, reporter)?;
+    notes::left_to_reference(&renderer, &options, cameras, finish.antialias, reporter)?;
     // Heights of a path above ground were read before.
     let before = source.paging();
     args.memory.preload(source, shares, reporter)?;
 
     // Pages that are loaded before take no frame's time.
     let begun = Instant::now();
-    let numbers = cameras.iter().map(|frame| frame.number);
-    let motion = args.aov.has(Aov::Motion);
-    let partners =
-        motion.then(|| args.flight.partners(source.file(), &setup, args.fps, numbers)).transpose()?;
-    let material = args.aov.has(Aov::Material);
-    let names = matte.then(|| playing.as_ref().map(Playing::names).unwrap_or_default());
-    let further = Further { names, partners, material, curvature: options.curvature };
-    if product == Product::Frame && (finish.is_developed() || !hud.is_empty()) {
+    let aov_inputs = aov_inputs(args, setup, source.file(), &flight, options.curvature)?;
+    if *product == Product::Frame && (finish.is_developed() || !hud.is_empty()) {
         reporter.note("EXR holds linear light: exposure, curves, vignette and instruments are left out");
     }
 
-    let map = match args.late {
-        _ if product == Product::Frame => None,
-        Late::Wait => finish::mini_map(&hud, source, &trajectory)?,
-        Late::Coarser => finish::mini_map(&hud, source.file(), &trajectory)?,
+    let motion = Motion { trajectory, fps: args.fps };
+    let finishing = Finishing {
+        finish: *finish,
+        hud: *hud,
+        map: mini_map(args, &request, source, trajectory)?,
+        motion,
+        setup,
+        world: args.flight.world,
     };
-    let motion = Motion { trajectory: &trajectory, fps: args.fps };
-    let finishing = Finishing { finish, hud, map, motion, setup: &setup, world: args.flight.world };
     let is_finished = finish.is_developed() || finish.gathers() || !hud.is_empty();
 
     let sequence = Sequence {
         pages: source,
         renderer: &renderer,
-        product,
+        product: *product,
         farm: &farm,
         in_flight,
         encoders,
         live: (args.late == Late::Coarser).then_some(args.fps),
         stats: args.stats,
         playing: playing.as_ref(),
-        further: &further,
+        aov_inputs: &aov_inputs,
         motion,
         finishing: is_finished.then_some(&finishing),
     };
 
-    let (files, (rendered, fineness)) = if args.output.target() == Target::Y4m {
-        check_frames(args, scene, &[args.output.path(1)])?;
-        let stream = Sequence { encoders: 1, ..sequence };
-        (vec![args.output.path(1)], fly_stream(args, setup.size, &stream, &cameras, reporter)?)
-    } else {
-        let origin = Origin {
-            area: &args.area,
-            header: source.header(),
-            path: args.flight.path.as_deref(),
-            fps: args.fps,
-            settings: {
-                let mut settings = settings(args, scene, &setup, &options);
-                finish::record(&finish, &hud, product == Product::Frame, &mut settings);
-                settings
-            },
-        };
-
-        let files = Files::new(origin, &args.output);
-        let paths: Vec<_> = cameras.iter().map(|frame| files.path(frame.number)).collect();
-        check_frames(args, scene, &paths)?;
-        let is_listed = replacing::check(args, &files, &cameras, reporter)?;
-
-        (paths, fly_files(args, &sequence, (&files, is_listed), &cameras, reporter)?)
-    };
-
+    let Delivered { files, rendered, fineness } =
+        deliver(args, &request, &options, &sequence, cameras, reporter)?;
     if let Some(map) = &args.traffic {
-        Traffic { header: source.header(), cameras: &cameras, first_use: &source.first_use() }.write(map)?;
+        Traffic { header: source.header(), cameras, first_use: &source.first_use() }.write(map)?;
     }
     if let Some(film) = &args.video {
         encode_video(files.iter().cloned(), args.fps, film, reporter)?;
@@ -251,10 +272,107 @@ pub fn fly(args: &RenderArgs, file: PageFile, reporter: &Reporter) -> Result<Don
             .iter()
             .all(|share| share.stored == share.all),
         paging: source.paging().since(&before),
-        damaged: source.file().damaged(),
+        damaged: DamagedPage::of(source.file()),
         kept: cameras.len() - rendered,
         seconds: begun.elapsed().as_secs_f64(),
     })
+}
+
+/// Returns the options of the engine, and notes shadows of another sun in the database's colours.
+fn render_options(
+    args: &RenderArgs,
+    scene: Option<&Scene>,
+    header: &Header,
+    reporter: &Reporter,
+) -> Result<RenderOptions> {
+    let look = RenderOptions {
+        engine: args.instructions.engine(),
+        matte: args.aov.has(AovKind::Cryptomatte),
+        ..args.look.options(scene, header)?
+    };
+    let options = args.flight.world.apply(header, look);
+    if let Some(note) = notes::other_sun(&args.area, header, options.sun) {
+        reporter.note(&note);
+    }
+    Ok(options)
+}
+
+/// Returns what frames need for the further channels that were asked for.
+fn aov_inputs(
+    args: &RenderArgs,
+    setup: &Setup,
+    ground: &PageFile,
+    flight: &SceneFlight,
+    curvature: Curvature,
+) -> Result<AovInputs> {
+    let wants_motion = args.aov.has(AovKind::Motion);
+    let numbers = flight.cameras.iter().map(|frame| frame.number);
+    let partners =
+        wants_motion.then(|| args.flight.partners(ground, setup, args.fps, numbers)).transpose()?;
+    let wants_matte = args.aov.has(AovKind::Cryptomatte);
+    let names = wants_matte.then(|| flight.playing.as_ref().map(Playing::names).unwrap_or_default());
+    Ok(AovInputs { names, partners, material: args.aov.has(AovKind::Material), curvature })
+}
+
+/// Returns the map that the instruments of pictures show, if they show one.
+fn mini_map(
+    args: &RenderArgs,
+    request: &FrameRequest,
+    source: &ResidentPages,
+    trajectory: &Trajectory,
+) -> Result<Option<MiniMap>> {
+    match args.late {
+        _ if request.product == Product::Frame => Ok(None),
+        Late::Wait => finish::mini_map(&request.hud, source, trajectory),
+        Late::Coarser => finish::mini_map(&request.hud, source.file(), trajectory),
+    }
+}
+
+/// Frames that were rendered and written.
+struct Delivered {
+    /// Files of the frames asked for, rising; the one file of a stream.
+    files: Vec<PathBuf>,
+    /// Number of frames rendered.
+    rendered: usize,
+    /// Fineness of the ground that was seen.
+    fineness: Fineness,
+}
+
+/// Renders the frames of `cameras` into files or a stream.
+fn deliver(
+    args: &RenderArgs,
+    request: &FrameRequest,
+    options: &RenderOptions,
+    sequence: &Sequence<'_>,
+    cameras: &[NumberedCamera],
+    reporter: &Reporter,
+) -> Result<Delivered> {
+    let FrameRequest { scene, finish, hud, setup, product } = request;
+    let scene = scene.as_ref();
+    if args.output.target() == Target::Y4m {
+        let files = vec![args.output.path(1)];
+        check_frames(args, scene, &files)?;
+        let stream = Sequence { encoders: 1, ..*sequence };
+        let (rendered, fineness) = fly_stream(args, setup.size, &stream, cameras, reporter)?;
+        return Ok(Delivered { files, rendered, fineness });
+    }
+
+    let mut settings = settings(args, scene, setup, options);
+    finish::record(finish, hud, *product == Product::Frame, &mut settings);
+    let origin = Origin {
+        area: &args.area,
+        header: sequence.pages.header(),
+        path: args.flight.path.as_deref(),
+        fps: args.fps,
+        settings,
+    };
+
+    let files = Files::new(origin, &args.output);
+    let paths: Vec<_> = cameras.iter().map(|frame| files.path(frame.number)).collect();
+    check_frames(args, scene, &paths)?;
+    let is_listed = replacing::check(args, &files, cameras, reporter)?;
+    let (rendered, fineness) = fly_files(args, sequence, &files, is_listed, cameras, reporter)?;
+    Ok(Delivered { files: paths, rendered, fineness })
 }
 
 /// Refuses frames that would take the place of what they are made of.
@@ -332,11 +450,12 @@ fn settings(args: &RenderArgs, scene: Option<&Scene>, setup: &Setup, options: &R
     settings
 }
 
-/// Returns how many frames were rendered, and how finely.
+/// Renders frames into files, and lists them unless `is_listed` is false. Returns how many were rendered, and how finely.
 fn fly_files(
     args: &RenderArgs,
     sequence: &Sequence<'_>,
-    (files, is_listed): (&Files<'_>, bool),
+    files: &Files<'_>,
+    is_listed: bool,
     cameras: &[NumberedCamera],
     reporter: &Reporter,
 ) -> Result<(usize, Fineness)> {
@@ -346,7 +465,7 @@ fn fly_files(
     let flown = sequence.fly(&wanted, &|shot| files.write(shot), reporter);
     whole.extend(wanted.into_iter().filter(|frame| flown.finished.contains(&frame.number)));
     whole.sort_unstable_by_key(|frame| frame.number);
-    let damaged = sequence.pages.file().damaged();
+    let damaged = DamagedPage::of(sequence.pages.file());
     let listed = if is_listed { files.list(&whole, &flown, &damaged) } else { Ok(()) };
     // What ended the flight explains more than what then happened to the list.
     let summed = flown.summed();
@@ -355,6 +474,7 @@ fn fly_files(
     Ok(summed)
 }
 
+/// Renders frames into one stream. Returns how many were rendered, and how finely.
 fn fly_stream(
     args: &RenderArgs,
     size: Size,
