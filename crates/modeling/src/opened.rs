@@ -4,14 +4,15 @@ use std::path::PathBuf;
 
 use super::kernel::Samples;
 use crate::raster::GeoTransform;
+use hedgehop::Size;
 use hedgehop_geo::{Crs, VerticalDatum};
 
 /// A raster and where it says it lies.
 pub(super) struct Opened<T> {
     pub path: PathBuf,
     pub samples: Box<dyn Samples<T>>,
-    /// Natural block (columns, rows) for reading.
-    pub block: (u32, u32),
+    /// Natural block for reading.
+    pub block: Size,
     pub geo: GeoTransform,
     pub crs: Crs,
     /// Datum of heights, as stated, given or assumed; means nothing for imagery.

@@ -7,13 +7,15 @@ use super::synthetic::Lattice;
 use super::vertical::Shift;
 use super::warp::RasterPlacement;
 use crate::opened::Opened;
+use hedgehop::Size;
 use hedgehop_base::error::{Error, Result};
 use hedgehop_geo::{Transform, VerticalDatum};
 
 /// An elevation raster, placed in the database's grid.
 pub(super) struct ElevationInput {
     pub samples: Box<dyn Samples<f64>>,
-    pub block: (u32, u32),
+    /// Natural block for reading.
+    pub block: Size,
     pub placement: RasterPlacement,
     /// Shift that brings its heights to the database's datum.
     pub shift: Shift,

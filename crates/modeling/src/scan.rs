@@ -87,7 +87,7 @@ impl Chunks {
     fn of(source: &ElevationInput, plan: &Plan) -> Self {
         let size = source.samples.size();
         let window = needed(source, plan).unwrap_or(Window { x: 0, y: 0, width: size.0, height: size.1 });
-        let block = (source.block.0.clamp(1, size.0), source.block.1.clamp(1, size.1));
+        let block = (source.block.width.clamp(1, size.0), source.block.height.clamp(1, size.1));
         let fit = |limit: u64, block: u32, size: u32| {
             (limit / u64::from(block)).max(1).saturating_mul(u64::from(block)).min(u64::from(size)) as u32
         };

@@ -10,6 +10,7 @@ use super::look::Look;
 use crate::naming::{contradiction, crs_label, file_name};
 use crate::opened::Opened;
 use crate::raster::{GeoTransform, Window};
+use hedgehop::Size;
 use hedgehop::voxel::limits;
 use hedgehop_base::error::{Error, Result};
 use hedgehop_base::progress::Observer;
@@ -159,7 +160,7 @@ pub(crate) fn open(
     let opened = Opened {
         path: path.clone(),
         samples,
-        block: (256, 256),
+        block: Size { width: 256, height: 256 },
         geo,
         crs: crs.clone(),
         datum,

@@ -11,6 +11,7 @@ use super::super::warp::RasterPlacement;
 use super::posts::Post;
 use super::store::{CloudTile, Store, TILE};
 use crate::raster::{GeoTransform, Window};
+use hedgehop::Size;
 use hedgehop::voxel::Grid;
 use hedgehop_base::error::{Error, Result};
 use hedgehop_geo::Transform;
@@ -122,7 +123,7 @@ pub(super) fn elevation(store: &Arc<Store<Post>>, area: TileArea, plan: &Plan) -
     let (placement, reach) = area.place(plan)?;
     let sample = |post: &Post| f64::from(post.height);
     let samples = Box::new(TilePosts { store: store.clone(), area, sample });
-    let (block, pixel_side) = ((256, 256), plan.grid.spacing);
+    let (block, pixel_side) = (Size { width: 256, height: 256 }, plan.grid.spacing);
     Ok(ElevationInput {
         samples,
         block,

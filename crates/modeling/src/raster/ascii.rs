@@ -12,6 +12,7 @@ use super::blocks::{Block, BlockIndex, BlockRaster, BlockSource};
 use super::file::InputFile;
 use super::{georeference, nodata, side};
 use crate::raster::{GeoTransform, OpenOptions, Raster, RasterInfo, SampleType};
+use hedgehop_base::Size;
 use hedgehop_base::document::unmarked;
 use hedgehop_base::error::{Error, Result};
 
@@ -33,7 +34,7 @@ pub(super) fn recognises(head: &[u8]) -> bool {
 struct AsciiGrid {
     file: InputFile,
     info: RasterInfo,
-    /// Byte where each group of `info.block.1` rows begins.
+    /// Byte where each group of `info.block.height` rows begins.
     groups: Vec<u64>,
 }
 
@@ -42,9 +43,10 @@ pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Ras
     let mut tokens = Tokens::new(&file, text_begin(&file)?)?;
     let mut header = AsciiHeader::default();
     let first_value = header.parse(&mut tokens)?;
-    let (width, height) = header.size(file.path())?;
+    let size = header.size(file.path())?;
+    let Size { width, height } = size;
     let block_rows = (BLOCK_SAMPLES / width).clamp(1, height);
-    let (groups, integers) = index(tokens, first_value, (width, height), block_rows)?;
+    let (groups, integers) = index(tokens, first_value, size, block_rows)?;
     let stated = header.nodata.as_deref().unwrap_or("-9999");
     let whole = integers && stated.parse::<i32>().is_ok();
     let sample = if whole { SampleType::I32 } else { SampleType::F32 };
@@ -62,7 +64,7 @@ pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Ras
         sample,
         geo: Some(header.geo(file.path(), height)?),
         nodata,
-        block: (width, block_rows),
+        block: Size { width, height: block_rows },
         ..RasterInfo::blank(file.path(), "Esri ASCII grid")
     };
 
@@ -128,9 +130,9 @@ impl AsciiHeader {
         Some(())
     }
 
-    fn size(&self, path: &Path) -> Result<(u32, u32)> {
+    fn size(&self, path: &Path) -> Result<Size> {
         match (self.columns, self.rows) {
-            (Some(columns), Some(rows)) if columns > 0 && rows > 0 => Ok((columns, rows)),
+            (Some(width), Some(height)) if width > 0 && height > 0 => Ok(Size { width, height }),
             _ => Err(Error::invalid(path, "states no ncols and nrows above zero in its header")),
         }
     }
@@ -148,23 +150,18 @@ impl AsciiHeader {
 }
 
 /// Notes where each group of rows begins; also whether all numbers are integers of 32 bits.
-fn index(
-    mut tokens: Tokens<'_>,
-    first: Token,
-    size: (u32, u32),
-    block_rows: u32,
-) -> Result<(Vec<u64>, bool)> {
-    let total = u64::from(size.0) * u64::from(size.1);
+fn index(mut tokens: Tokens<'_>, first: Token, size: Size, block_rows: u32) -> Result<(Vec<u64>, bool)> {
+    let total = u64::from(size.width) * u64::from(size.height);
     // Each number takes a digit and, but for the last, a space.
     if total.saturating_mul(2) > tokens.length.saturating_sub(first.at).saturating_add(1) {
         let what = format!(
             "is too short to hold {} × {} numbers; it is cut short or its header is wrong",
-            size.0, size.1
+            size.width, size.height
         );
         return Err(Error::invalid(tokens.path, what));
     }
 
-    let group = u64::from(size.0) * u64::from(block_rows);
+    let group = u64::from(size.width) * u64::from(block_rows);
     let mut groups = Vec::new();
     let mut integers = true;
     let mut token = first;
@@ -173,7 +170,7 @@ fn index(
         if number > 0 && !tokens.next(&mut token)? {
             let what = format!(
                 "ends after {number} of {} × {} numbers; it is cut short, fetch it again",
-                size.0, size.1
+                size.width, size.height
             );
             return Err(Error::invalid(tokens.path, what));
         }
@@ -190,7 +187,7 @@ fn index(
     if tokens.next(&mut token)? {
         let what = format!(
             "goes on after {} × {} numbers, at byte {}; its header is wrong",
-            size.0, size.1, token.at
+            size.width, size.height, token.at
         );
         return Err(Error::invalid(tokens.path, what));
     }
@@ -205,7 +202,8 @@ impl BlockSource for AsciiGrid {
 
     fn decode(&self, index: BlockIndex) -> Result<Block> {
         let begin = self.groups.get(index.row as usize).copied().unwrap_or_default();
-        let rows = self.info.block.1.min(self.info.height - index.row * self.info.block.1);
+        let block_rows = self.info.block.height;
+        let rows = block_rows.min(self.info.height - index.row * block_rows);
         let count = rows as usize * self.info.width as usize;
         let mut tokens = Tokens::new(&self.file, begin)?;
         let mut bytes = Vec::with_capacity(count * self.info.sample.bytes());

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::cache::{BlockCache, Weigh};
 use super::sample::{Pixels, Stride};
 use crate::raster::{Raster, RasterInfo, SampleType, Window};
+use hedgehop_base::Size;
 use hedgehop_base::error::{Error, Result};
 
 /// Position of a block in the block grid; `plane` is the band if bands lie apart, otherwise 0.
@@ -66,8 +67,8 @@ impl<S: BlockSource> BlockRaster<S> {
             let need = bytes.map_or_else(|| "too many".to_owned(), |b| mebibytes(b).to_string());
             let what = format!(
                 "can only be decoded in pieces of {} × {} pixels ({need} MiB), and {} MiB of --memory are this file's share",
-                info.block.0,
-                info.block.1,
+                info.block.width,
+                info.block.height,
                 mebibytes(cache_bytes)
             );
             return Err(Error::unsupported(
@@ -82,8 +83,8 @@ impl<S: BlockSource> BlockRaster<S> {
 
     fn block(&self, index: BlockIndex) -> Result<Arc<Block>> {
         let info = self.source.info();
-        let across = u64::from(info.width.div_ceil(info.block.0));
-        let down = u64::from(info.height.div_ceil(info.block.1));
+        let across = u64::from(info.width.div_ceil(info.block.width));
+        let down = u64::from(info.height.div_ceil(info.block.height));
         // At most 2³² columns times 2³² rows of blocks per plane, and each of them has an entry in memory or a part of the
         // file; the wrapping product only matters as a key.
         let key = (u64::from(index.plane).wrapping_mul(down) + u64::from(index.row))
@@ -94,8 +95,8 @@ impl<S: BlockSource> BlockRaster<S> {
 }
 
 /// Bytes of one block, or `None` if that exceeds 64 bits.
-pub(super) fn block_bytes(block: (u32, u32), bands: u32, sample: SampleType) -> Option<u64> {
-    (u64::from(block.0) * u64::from(block.1))
+pub(super) fn block_bytes(block: Size, bands: u32, sample: SampleType) -> Option<u64> {
+    (u64::from(block.width) * u64::from(block.height))
         .checked_mul(u64::from(bands))?
         .checked_mul(sample.bytes() as u64)
 }
@@ -144,7 +145,7 @@ struct Overlap {
 }
 
 impl Overlap {
-    fn new(window: Window, block: (u32, u32), column: u32, row: u32) -> Self {
+    fn new(window: Window, block: Size, column: u32, row: u32) -> Self {
         let axis = |start: u32, count: u32, size: u32, index: u32| {
             let begin = u64::from(index) * u64::from(size);
             let first = u64::from(start).max(begin);
@@ -155,20 +156,20 @@ impl Overlap {
                 end.saturating_sub(first) as usize,
             )
         };
-        let (window_x, block_x, width) = axis(window.x, window.width, block.0, column);
-        let (window_y, block_y, height) = axis(window.y, window.height, block.1, row);
+        let (window_x, block_x, width) = axis(window.x, window.width, block.width, column);
+        let (window_y, block_y, height) = axis(window.y, window.height, block.height, row);
         Self { window_x, window_y, block_x, block_y, width, height }
     }
 
-    /// Copies samples `bands` of each pixel, of `of` that lie side by side, to the window.
-    fn copy(&self, block: &Block, sample: SampleType, (bands, of): (&[u32], usize), out: Rows<'_>) {
+    /// Copies samples `bands` of each pixel, of `side_by_side` that it has in the block, to the window.
+    fn copy(&self, block: &Block, sample: SampleType, bands: &[u32], side_by_side: usize, out: Rows<'_>) {
         for y in 0..self.height {
             let first = (self.window_y + y) * out.width + self.window_x;
             let target = Stride { first: first * out.step + out.position, step: out.step };
             match block {
                 Block::Samples { bytes, stride } => {
                     let first = (self.block_y + y) * *stride as usize + self.block_x;
-                    let pixels = Pixels { sample, bytes, first, count: self.width, samples: of };
+                    let pixels = Pixels { sample, bytes, first, count: self.width, samples: side_by_side };
                     pixels.widen(bands, target, out.samples);
                 }
                 Block::Constant(value) => {
@@ -198,23 +199,23 @@ impl<S: BlockSource> Raster for BlockRaster<S> {
         let info = self.source.info();
         prepare(info, window, bands, samples)?;
         let planar = self.source.planar();
-        let last = (window.x + (window.width - 1), window.y + (window.height - 1));
+        let (last_x, last_y) = (window.x + (window.width - 1), window.y + (window.height - 1));
 
-        for row in window.y / info.block.1..=last.1 / info.block.1 {
-            for column in window.x / info.block.0..=last.0 / info.block.0 {
+        for row in window.y / info.block.height..=last_y / info.block.height {
+            for column in window.x / info.block.width..=last_x / info.block.width {
                 let overlap = Overlap::new(window, info.block, column, row);
                 let (width, step) = (window.width as usize, bands.len());
                 if !planar {
                     let block = self.block(BlockIndex { column, row, plane: 0 })?;
                     let out = Rows { samples, width, step, position: 0 };
-                    overlap.copy(&block, info.sample, (bands, info.bands as usize), out);
+                    overlap.copy(&block, info.sample, bands, info.bands as usize, out);
                     continue;
                 }
 
                 for (position, &plane) in bands.iter().enumerate() {
                     let block = self.block(BlockIndex { column, row, plane })?;
                     let out = Rows { samples, width, step, position };
-                    overlap.copy(&block, info.sample, (&[0], 1), out);
+                    overlap.copy(&block, info.sample, &[0], 1, out);
                 }
             }
         }

@@ -13,6 +13,7 @@ use super::file::InputFile;
 use super::sample::ByteOrder;
 use super::{georeference, side};
 use crate::raster::{OpenOptions, Raster, RasterInfo, SampleType};
+use hedgehop_base::Size;
 use hedgehop_base::error::{Error, Result};
 use hedgehop_geo::{Crs, VerticalCrs};
 
@@ -60,7 +61,7 @@ pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Ras
             ..VerticalCrs::default()
         },
         nodata: Some(-32768.0),
-        block: (GROUP.min(width), height),
+        block: Size { width: GROUP.min(width), height },
         ..RasterInfo::blank(file.path(), "VTP .bt")
     };
 

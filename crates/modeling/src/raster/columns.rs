@@ -49,8 +49,8 @@ impl BlockSource for RasterColumns {
 
     fn decode(&self, index: BlockIndex) -> Result<Block> {
         let size = self.info.sample.bytes();
-        let begin = index.column * self.info.block.0;
-        let columns = self.info.block.0.min(self.info.width - begin) as usize;
+        let begin = index.column * self.info.block.width;
+        let columns = self.info.block.width.min(self.info.width - begin) as usize;
         let height = self.info.height as usize;
         let mut bytes = vec![0; columns * height * size];
         for column in 0..columns {

@@ -13,6 +13,7 @@ use super::blocks::BlockRaster;
 use super::columns::{GROUP, RasterColumns};
 use super::file::InputFile;
 use crate::raster::{OpenOptions, Raster, RasterInfo, SampleType};
+use hedgehop_base::Size;
 use hedgehop_base::error::{Error, Result};
 use hedgehop_geo::{Crs, VerticalCrs, VerticalDatum};
 
@@ -80,7 +81,7 @@ pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Ras
         },
         nodata: Some(f64::from(VOID)),
         pixel_is_point: true,
-        block: (GROUP.min(header.columns), header.posts),
+        block: Size { width: GROUP.min(header.columns), height: header.posts },
         ..RasterInfo::blank(file.path(), level(&dsi))
     };
 

@@ -12,6 +12,7 @@ use super::raw::{RawRaster, RowStarts, SamplePlacement};
 use super::sample::ByteOrder;
 use super::{georeference, nodata, side};
 use crate::raster::{GeoTransform, Raster, RasterInfo, SampleType};
+use hedgehop_base::Size;
 use hedgehop_base::error::{Error, Result};
 
 /// Opens the samples in `file` that the text of `header` describes.
@@ -26,7 +27,7 @@ pub(super) fn open(file: InputFile, header: &Path, text: &str) -> Result<Box<dyn
         Some("m" | "msbfirst") => ByteOrder::Big,
         Some(other) => return Err(fields.wrong("byteorder", other)),
     };
-    let placement = placement(&fields, (width, height, bands), sample.bytes() as u64, order)?;
+    let placement = placement(&fields, Size { width, height }, bands, sample.bytes() as u64, order)?;
     let nodata = match fields.text("nodata").or_else(|| fields.text("nodata_value")) {
         Some(text) => nodata::parse(text, sample).map_err(|text| fields.wrong("nodata", &text))?,
         None => None,
@@ -77,13 +78,14 @@ fn sample(fields: &TextFields<'_>, float: bool) -> Result<SampleType> {
 
 fn placement(
     fields: &TextFields<'_>,
-    (width, height, bands): (u32, u32, u32),
-    size: u64,
+    size: Size,
+    bands: u32,
+    sample_bytes: u64,
     order: ByteOrder,
 ) -> Result<SamplePlacement> {
     let first = fields.whole("skipbytes")?.map_or(0, u64::from);
-    let (width, height) = (u64::from(width), u64::from(height));
-    let row = width * size;
+    let (width, height) = (u64::from(size.width), u64::from(size.height));
+    let row = width * sample_bytes;
     let total = |default: Option<u64>| match fields.whole("totalrowbytes")? {
         Some(bytes) => Ok(u64::from(bytes)),
         None => default.ok_or_else(|| Error::invalid(fields.path, "states a row that exceeds 64 bits")),
@@ -92,13 +94,19 @@ fn placement(
     let (row_bytes, pixel_bytes, band_bytes) = match fields.text("layout") {
         None | Some("bil") => {
             let band = fields.whole("bandrowbytes")?.map_or(row, u64::from);
-            (total(band.checked_mul(u64::from(bands)))?, size, band)
+            (total(band.checked_mul(u64::from(bands)))?, sample_bytes, band)
         }
-        Some("bip") => (total(row.checked_mul(u64::from(bands)))?, size * u64::from(bands), size),
+        Some("bip") => {
+            (total(row.checked_mul(u64::from(bands)))?, sample_bytes * u64::from(bands), sample_bytes)
+        }
         Some("bsq") => {
             let gap = fields.whole("bandgapbytes")?.map_or(0, u64::from);
             let band = row.checked_mul(height).and_then(|band| band.checked_add(gap));
-            (row, size, band.ok_or_else(|| Error::invalid(fields.path, "states bands that exceed 64 bits"))?)
+            (
+                row,
+                sample_bytes,
+                band.ok_or_else(|| Error::invalid(fields.path, "states bands that exceed 64 bits"))?,
+            )
         }
         Some(other) => return Err(fields.wrong("layout", other)),
     };

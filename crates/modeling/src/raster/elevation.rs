@@ -16,6 +16,7 @@ use std::sync::{Mutex, PoisonError};
 
 use super::nodata::matches;
 use crate::raster::{Raster, RasterInfo, SampleType, Window};
+use hedgehop_base::Size;
 use hedgehop_base::error::{Error, Result};
 
 /// Heights on Earth, metres: the deepest sea is at −10 935 m, the highest summit at 8849 m.
@@ -27,7 +28,7 @@ const DEEP_SEA: std::ops::Range<f64> = -12_000.0..-8_000.0;
 /// Cells that the sparse scan looks at, along each axis.
 const SCAN: u32 = 8;
 /// Columns and rows of a cell. Tiles as they are usual hold such cells whole, and strips are decoded in few rows.
-const CELL: (u32, u32) = (64, 16);
+const CELL: Size = Size { width: 64, height: 16 };
 /// Undeclared void values that are told apart; further ones are counted together.
 const TOLD_APART: usize = 4;
 
@@ -87,7 +88,7 @@ impl Conversion {
 struct HeightValue(u64);
 
 /// Returns the windows of the sparse scans. They depend on the size of a raster alone: the same pixels in other blocks must come to the same.
-pub(super) fn sparse_windows((width, height): (u32, u32)) -> impl Iterator<Item = Window> {
+pub(super) fn sparse_windows(size: Size) -> impl Iterator<Item = Window> {
     let axis = |size: u32, side: u32| {
         let cells = size.div_ceil(side);
         let count = cells.min(SCAN);
@@ -99,8 +100,8 @@ pub(super) fn sparse_windows((width, height): (u32, u32)) -> impl Iterator<Item 
         })
     };
     // Row by row, so that a strip is decoded once.
-    axis(height, CELL.1).flat_map(move |(y, height)| {
-        axis(width, CELL.0).map(move |(x, width)| Window { x, y, width, height })
+    axis(size.height, CELL.height).flat_map(move |(y, height)| {
+        axis(size.width, CELL.width).map(move |(x, width)| Window { x, y, width, height })
     })
 }
 
@@ -250,7 +251,7 @@ fn covers_deep_sea(raster: &dyn Raster, band: u32, conversion: &Conversion) -> R
         sample != AMBIGUOUS && !conversion.is_nodata(sample) && DEEP_SEA.contains(&conversion.metres(sample))
     };
     let mut samples = Vec::new();
-    for window in sparse_windows((raster.info().width, raster.info().height)) {
+    for window in sparse_windows(raster.info().size()) {
         raster.read(window, &[band], &mut samples)?;
         if samples.iter().any(is_deep) {
             return Ok(true);
@@ -331,24 +332,24 @@ mod tests {
     #[test]
     fn voids_do_not_depend_on_blocks() {
         // Depths that are seen if whole blocks of 64 or of 100 pixels are looked at, and a sentinel.
-        let voids_in = |block: (u32, u32)| {
+        let voids_in = |width: u32, height: u32| {
             let mut sea = raster(SampleType::I16, 1, &[0.0]);
-            (sea.0.width, sea.0.height, sea.0.block) = (1024, 1024, block);
+            (sea.0.width, sea.0.height, sea.0.block) = (1024, 1024, Size { width, height });
             sea.1 = vec![0.0; 1024 * 1024];
             (100..128).for_each(|x| (0..64).for_each(|y| sea.1[y * 1024 + x] = -9000.0));
             sea.1[0] = AMBIGUOUS;
             voids(&heights(sea, &[]).0)
         };
-        let expected = voids_in((64, 64));
-        for block in [(100, 64), (128, 128), (1024, 1), (1024, 1024)] {
-            assert_eq!(voids_in(block), expected, "{block:?}");
+        let expected = voids_in(64, 64);
+        for (width, height) in [(100, 64), (128, 128), (1024, 1), (1024, 1024)] {
+            assert_eq!(voids_in(width, height), expected, "{width} × {height}");
         }
     }
 
     #[test]
     fn sparse_windows_lie_within_and_are_few() {
         for (width, height) in [(1, 1), (63, 17), (4000, 3000), (17, 5000), (9, 9), (1 << 30, 1 << 30)] {
-            let windows: Vec<_> = sparse_windows((width, height)).collect();
+            let windows: Vec<_> = sparse_windows(Size { width, height }).collect();
             let rows: u32 = windows.iter().filter(|w| w.x == 0).map(|w| w.height).sum();
             assert!(!windows.is_empty() && windows.len() <= 64 && rows <= 128);
             let is_at = |x: u32, y: u32| windows.iter().any(|w| w.x + w.width == x && w.y + w.height == y);

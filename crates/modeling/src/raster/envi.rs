@@ -14,6 +14,7 @@ use super::raw::{RawRaster, RowStarts, SamplePlacement};
 use super::sample::ByteOrder;
 use super::{georeference, nodata, side};
 use crate::raster::{GeoTransform, Raster, RasterInfo, SampleType};
+use hedgehop_base::Size;
 use hedgehop_base::error::{Error, Result};
 use hedgehop_geo::Crs;
 
@@ -25,7 +26,7 @@ pub(super) fn open(file: InputFile, header: &Path, text: &str) -> Result<Box<dyn
     let sample = sample(&fields)?;
     let order =
         if fields.whole("byte order")?.unwrap_or(0) == 0 { ByteOrder::Little } else { ByteOrder::Big };
-    let placement = placement(&fields, (width, height, bands), sample.bytes() as u64, order)?;
+    let placement = placement(&fields, Size { width, height }, bands, sample.bytes() as u64, order)?;
     let nodata = match fields.text("data ignore value") {
         Some(text) => nodata::parse(text, sample).map_err(|text| fields.wrong("data ignore value", &text))?,
         None => None,
@@ -86,19 +87,22 @@ fn sample(fields: &TextFields<'_>) -> Result<SampleType> {
 
 fn placement(
     fields: &TextFields<'_>,
-    (width, height, bands): (u32, u32, u32),
-    size: u64,
+    size: Size,
+    bands: u32,
+    sample_bytes: u64,
     order: ByteOrder,
 ) -> Result<SamplePlacement> {
     let first = fields.whole("header offset")?.map_or(0, u64::from);
-    let row = u64::from(width) * size;
+    let row = u64::from(size.width) * sample_bytes;
     let huge = || Error::invalid(fields.path, "states a size that exceeds 64 bits");
     let all_bands = row.checked_mul(u64::from(bands)).ok_or_else(huge)?;
     let (row_bytes, pixel_bytes, band_bytes) =
         match fields.text("interleave").map(str::to_ascii_lowercase).as_deref() {
-            None | Some("bsq") => (row, size, row.checked_mul(u64::from(height)).ok_or_else(huge)?),
-            Some("bil") => (all_bands, size, row),
-            Some("bip") => (all_bands, size * u64::from(bands), size),
+            None | Some("bsq") => {
+                (row, sample_bytes, row.checked_mul(u64::from(size.height)).ok_or_else(huge)?)
+            }
+            Some("bil") => (all_bands, sample_bytes, row),
+            Some("bip") => (all_bands, sample_bytes * u64::from(bands), sample_bytes),
             Some(other) => return Err(fields.wrong("interleave", other)),
         };
     Ok(SamplePlacement { rows: RowStarts::Even { first, row_bytes }, pixel_bytes, band_bytes, order })

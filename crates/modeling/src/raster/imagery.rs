@@ -150,7 +150,7 @@ impl ImageryRaster {
     /// Finds what is opaque, black and white in samples of more than 8 bits, by some of the pixels.
     fn fit(&mut self) -> Result<()> {
         let (mut seen, mut samples) = (Vec::new(), Vec::new());
-        for window in sparse_windows((self.info().width, self.info().height)) {
+        for window in sparse_windows(self.info().size()) {
             self.raster.read(window, &self.bands, &mut samples)?;
             seen.extend_from_slice(&samples);
         }

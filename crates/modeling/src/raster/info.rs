@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use hedgehop_base::Size;
 use hedgehop_base::error::Result;
 use hedgehop_geo::{Crs, LocalSystem, VerticalCrs};
 
@@ -95,8 +96,8 @@ pub struct RasterInfo {
     pub white_is_zero: bool,
     /// True: samples are stated at points (AREA_OR_POINT=Point); only informative, `geo` is corrected already.
     pub pixel_is_point: bool,
-    /// Natural block (columns, rows) for reading.
-    pub block: (u32, u32),
+    /// Natural block for reading.
+    pub block: Size,
 }
 
 /// Part of a raster, in pixels; lies within it.
@@ -123,6 +124,11 @@ pub trait Raster: Send + Sync {
 }
 
 impl RasterInfo {
+    /// Returns columns and rows.
+    pub fn size(&self) -> Size {
+        Size { width: self.width, height: self.height }
+    }
+
     /// One band of bytes with nothing stated; readers fill in what their file says.
     pub(crate) fn blank(path: &Path, format: &'static str) -> Self {
         Self {
@@ -147,7 +153,7 @@ impl RasterInfo {
             notes: Vec::new(),
             white_is_zero: false,
             pixel_is_point: false,
-            block: (512, 64),
+            block: Size { width: 512, height: 64 },
         }
     }
 }

@@ -9,6 +9,7 @@ use super::file::InputFile;
 use super::side;
 use crate::raster::{Band, OpenOptions, Raster, RasterInfo, Role, SampleType};
 use hedgehop_assets::picture::{self, Fault, Format, Header, Transparency};
+use hedgehop_base::Size;
 use hedgehop_base::error::{Error, Result};
 
 const REMEDY: &str = "gdal_translate -co TILED=YES -co COMPRESS=DEFLATE IN out.tif";
@@ -48,7 +49,7 @@ pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Ras
         sample: if header.is_wide { SampleType::U16 } else { SampleType::U8 },
         described: described(&header),
         nodata: header.transparent_grey.map(f64::from),
-        block: (header.width, header.height),
+        block: Size { width: header.width, height: header.height },
         ..RasterInfo::blank(file.path(), format)
     };
 

@@ -8,6 +8,7 @@ use crate::kernel::Samples;
 use crate::opened::Opened;
 use crate::raster::{GeoTransform, Window};
 use crate::{BuildOptions, build};
+use hedgehop::Size;
 use hedgehop::voxel::{Attributes, Grid, MemPages, PAGE_SIDE, PageId, PageSource};
 use hedgehop_base::error::Result;
 use hedgehop_base::progress::Silent;
@@ -46,7 +47,7 @@ pub fn sheet<T: Copy + Send + Sync + 'static>(
         facts: String::new(),
         path: PathBuf::from("memory.tif"),
         samples: Box::new(Sheet { size, samples }),
-        block: (64, 64),
+        block: Size { width: 64, height: 64 },
         geo,
         crs: crs.clone(),
         datum: VerticalDatum::Msl,

@@ -99,7 +99,7 @@ impl ChunkedTiff {
         let (pixels, shape) = (shape, self.layout.stored(shape));
         let bytes = |shape: TableShape| usize::try_from(self.layout.bytes(shape)).map_err(|e| e.to_string());
         let needed = bytes(shape)?;
-        let size = ChunkSize { needed, most: bytes(TableShape { rows: self.layout.chunk.1, ..shape })? };
+        let size = ChunkSize { needed, most: bytes(TableShape { rows: self.layout.chunk.height, ..shape })? };
         let mut stored = vec![0; usize::try_from(length).map_err(|e| e.to_string())?];
         self.file.read_at(&mut stored, offset).map_err(|e| e.to_string())?;
         if self.layout.compression == compression::ZSTD {

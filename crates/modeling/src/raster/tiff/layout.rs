@@ -6,6 +6,7 @@ use super::super::{OpenOptions, SampleType};
 use super::ifd::Directory;
 use super::tags::{compression, tag};
 use crate::raster::{Band, Role};
+use hedgehop_base::Size;
 use hedgehop_base::error::{Error, Result};
 
 pub(super) const AS_TILES: &str = "gdal_translate -co TILED=YES -co COMPRESS=DEFLATE IN out.tif";
@@ -39,8 +40,8 @@ pub(super) struct TiffLayout {
     /// Each band in chunks of its own.
     pub(super) planar: bool,
     pub(super) tiled: bool,
-    /// Columns and rows of a chunk; strips end at the last row of the image, tiles are always whole.
-    pub(super) chunk: (u32, u32),
+    /// Size of a chunk; strips end at the last row of the image, tiles are always whole.
+    pub(super) chunk: Size,
     pub(super) offsets: Vec<u64>,
     /// Empty for uncompressed strips of a file that does not state them.
     pub(super) byte_counts: Vec<u64>,
@@ -81,13 +82,13 @@ impl TiffLayout {
 
         let tiled = directory.has(tag::TILE_OFFSETS);
         let chunk = if tiled {
-            (size(tag::TILE_WIDTH)?, size(tag::TILE_LENGTH)?)
+            Size { width: size(tag::TILE_WIDTH)?, height: size(tag::TILE_LENGTH)? }
         } else {
             let rows = directory.unsigned(tag::ROWS_PER_STRIP)?.unwrap_or(height).min(height);
             if rows == 0 {
                 return Err(directory.wrong(tag::ROWS_PER_STRIP, "states strips without rows"));
             }
-            (width, rows)
+            Size { width, height: rows }
         };
 
         let mut layout = Self {
@@ -136,7 +137,7 @@ impl TiffLayout {
 
     /// Chunks across, chunks down.
     pub(super) fn grid(&self) -> (u32, u32) {
-        (self.width.div_ceil(self.chunk.0), self.height.div_ceil(self.chunk.1))
+        (self.width.div_ceil(self.chunk.width), self.height.div_ceil(self.chunk.height))
     }
 
     /// Reads where chunks lie; the table of a huge file must fit into the cache's budget too.
@@ -154,7 +155,7 @@ impl TiffLayout {
         else {
             let what = format!(
                 "has chunks of only {} × {} pixels, too many for --memory",
-                self.chunk.0, self.chunk.1
+                self.chunk.width, self.chunk.height
             );
             return Err(Error::unsupported(
                 file.path(),
@@ -197,7 +198,7 @@ impl TiffLayout {
         Some(SamplePlacement {
             rows: RowStarts::Strips {
                 offsets: self.offsets.clone(),
-                rows: self.chunk.1,
+                rows: self.chunk.height,
                 row_bytes: pixel_bytes.checked_mul(u64::from(self.width))?,
             },
             pixel_bytes,

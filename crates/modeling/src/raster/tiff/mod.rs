@@ -26,6 +26,7 @@ use crate::raster::masked::Masked;
 use crate::raster::tiff::layout::{AS_TILES, DirectoryMeaning, TiffLayout};
 use crate::raster::{OpenOptions, Raster, RasterInfo};
 use chunk::ChunkedTiff;
+use hedgehop_base::Size;
 use hedgehop_base::error::Result;
 use ifd::Directory;
 pub(super) use mask::open_file as open_mask;
@@ -55,7 +56,7 @@ pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Ras
 
     let raster: Box<dyn Raster> = match layout.placement(order) {
         Some(placement) => {
-            info.block = (info.width, info.block.1.min(64));
+            info.block = Size { width: info.width, height: info.block.height.min(64) };
             Box::new(RawRaster::new(file, info, placement)?)
         }
         None => Box::new(BlockRaster::new(

@@ -4,6 +4,7 @@ use crate::raster::InputFile;
 use crate::raster::blocks::block_bytes;
 use crate::raster::tiff::layout::TiffLayout;
 use crate::raster::tiff::tags::compression;
+use hedgehop_base::Size;
 use hedgehop_base::error::{Error, Result};
 
 /// Size of one stored chunk.
@@ -17,7 +18,7 @@ pub(super) struct TableShape {
 impl TiffLayout {
     /// The chunks of a row of them: strips end at the last row of the image, tiles are always whole.
     pub(super) fn shape(&self, row: u32) -> TableShape {
-        let (width, rows) = self.chunk;
+        let Size { width, height: rows } = self.chunk;
         let rows = if self.tiled { rows } else { rows.min(self.height - row * rows) };
         TableShape { width, rows, bands: if self.planar { 1 } else { self.bands } }
     }
@@ -29,7 +30,8 @@ impl TiffLayout {
 
     /// Bytes of a chunk's samples.
     pub(super) fn bytes(&self, shape: TableShape) -> u64 {
-        block_bytes((shape.width, shape.rows), shape.bands, self.sample).unwrap_or(u64::MAX)
+        let size = Size { width: shape.width, height: shape.rows };
+        block_bytes(size, shape.bands, self.sample).unwrap_or(u64::MAX)
     }
 
     /// Refuses chunks that cannot be where they are said to be.
