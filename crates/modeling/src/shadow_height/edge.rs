@@ -114,11 +114,7 @@ fn band(height: f64, rise: f64) -> f64 {
 }
 
 /// Finds the height from which the coarse search starts: pixels in any order, heights in metres, `rise` the height of a pixel.
-pub(super) fn coarse(
-    pixels: &[RoughPixel],
-    rise: f64,
-    (lowest, highest): (f64, f64),
-) -> Result<f64, Unclear> {
+pub(super) fn coarse(pixels: &[RoughPixel], rise: f64, lowest: f64, highest: f64) -> Result<f64, Unclear> {
     /// Variance that is there always, so that flat pictures have no infinite signal.
     const FLOOR: f64 = 1e-4;
 
@@ -187,9 +183,20 @@ impl Pixel {
     }
 }
 
+/// Brightness on either side of an edge, as logarithms.
+#[derive(Debug, Clone, Copy)]
+struct EdgeLevels {
+    /// Brightness of lit ground.
+    lit: f64,
+    /// Brightness of shaded ground.
+    shade: f64,
+}
+
 /// The sum of squares at a height, and lit and shaded brightness there, beginning from some.
-fn fit(pixels: &[Pixel], height: f64, (mut lit, mut shade): (f64, f64)) -> EdgeFit {
+fn fit(pixels: &[Pixel], height: f64, levels: EdgeLevels) -> EdgeFit {
     const ROUNDS: usize = 3;
+
+    let EdgeLevels { mut lit, mut shade } = levels;
 
     let shares: Vec<f64> = pixels.iter().map(|pixel| pixel.shaded(height)).collect();
     let mut squares = 0.0;
@@ -224,7 +231,7 @@ fn fit(pixels: &[Pixel], height: f64, (mut lit, mut shade): (f64, f64)) -> EdgeF
 pub(super) fn fine(pixels: &[Pixel], start: f64, rise: f64, soft: f64) -> Result<FoundEdge, Unclear> {
     enough(pixels, start)?;
     let step = 0.25 * rise.max(soft);
-    let (best, curvature) = parabolas(pixels, scan(pixels, start, rise, (step, soft)), step);
+    let (best, curvature) = parabolas(pixels, scan(pixels, start, rise, step, soft), step);
     enough(pixels, best.height)?;
     if best.lit - best.shade < LEAST_CONTRAST || curvature <= 0.0 {
         return Err(Unclear::Flat);
@@ -243,19 +250,19 @@ fn enough(pixels: &[Pixel], height: f64) -> Result<(), Unclear> {
     if shaded.min(pixels.len() - shaded) < LEAST_PIXELS { Err(Unclear::Few) } else { Ok(()) }
 }
 
-/// Mean brightness of the pixels on either side of the edge of a height: lit, shaded.
-fn levels(pixels: &[Pixel], height: f64) -> (f64, f64) {
+/// Mean brightness of the pixels on either side of the edge of a height.
+fn levels(pixels: &[Pixel], height: f64) -> EdgeLevels {
     let mean = |is_shaded: bool| {
         let side = pixels.iter().filter(|pixel| (pixel.shaded(height) > 0.5) == is_shaded);
         let (sum, count) =
             side.fold((0.0, 0.0), |(sum, count), pixel| (sum + f64::from(pixel.log), count + 1.0));
         sum / count
     };
-    (mean(false), mean(true))
+    EdgeLevels { lit: mean(false), shade: mean(true) }
 }
 
 /// The best of the heights around `start`, in steps: the squares have several valleys where the ground has stripes.
-fn scan(pixels: &[Pixel], start: f64, rise: f64, (step, soft): (f64, f64)) -> EdgeFit {
+fn scan(pixels: &[Pixel], start: f64, rise: f64, step: f64, soft: f64) -> EdgeFit {
     /// Share of the window that is looked through; the rest is for what lies beyond the edge.
     const ROOM: f64 = 0.6;
     let levels = levels(pixels, start);
@@ -274,7 +281,8 @@ fn parabolas(pixels: &[Pixel], mut best: EdgeFit, mut step: f64) -> (EdgeFit, f6
     const CLOSER: f64 = 0.6;
     let mut curvature = 0.0;
     for _ in 0..ROUNDS {
-        let from = |height: f64| fit(pixels, height, (best.lit, best.shade));
+        let levels = EdgeLevels { lit: best.lit, shade: best.shade };
+        let from = |height: f64| fit(pixels, height, levels);
         let (before, after) = (from(best.height - step), from(best.height + step));
         curvature = (before.squares - 2.0 * best.squares + after.squares) / (step * step);
         if curvature <= 0.0 {

@@ -2,7 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use glam::DVec2;
+use glam::{DVec2, I64Vec2};
+
+use super::bounds::PlaceBounds;
 
 /// Boxes by the square cells that they touch.
 #[derive(Debug)]
@@ -13,21 +15,30 @@ pub(super) struct Index {
     large: Vec<u32>,
 }
 
+/// Cells that a box touches.
+#[derive(Debug, Clone, Copy)]
+struct CellBlock {
+    /// Lowest column and row.
+    low: I64Vec2,
+    /// Highest column and row.
+    high: I64Vec2,
+}
+
 /// Cells along a side of a box that is not large.
 const MOST: i64 = 8;
 
 impl Index {
     /// Boxes with their numbers, by cells of a side, metres.
-    pub fn new(boxes: impl IntoIterator<Item = (u32, (DVec2, DVec2))>, cell: f64) -> Self {
+    pub fn new(boxes: impl IntoIterator<Item = (u32, PlaceBounds)>, cell: f64) -> Self {
         let mut index = Self { cell, cells: BTreeMap::new(), large: Vec::new() };
         for (number, bounds) in boxes {
-            let (low, high) = index.cells(bounds);
-            if high.0 - low.0 >= MOST || high.1 - low.1 >= MOST {
+            let CellBlock { low, high } = index.cells(bounds);
+            if high.x - low.x >= MOST || high.y - low.y >= MOST {
                 index.large.push(number);
                 continue;
             }
-            for x in low.0..=high.0 {
-                for y in low.1..=high.1 {
+            for x in low.x..=high.x {
+                for y in low.y..=high.y {
                     index.cells.entry((x, y)).or_default().push(number);
                 }
             }
@@ -35,21 +46,18 @@ impl Index {
         index
     }
 
-    fn cells(&self, (low, high): (DVec2, DVec2)) -> ((i64, i64), (i64, i64)) {
-        let cell = |place: DVec2| {
-            let at = (place / self.cell).floor();
-            (at.x as i64, at.y as i64)
-        };
-        (cell(low), cell(high))
+    fn cells(&self, bounds: PlaceBounds) -> CellBlock {
+        let cell = |place: DVec2| (place / self.cell).floor().as_i64vec2();
+        CellBlock { low: cell(bounds.low), high: cell(bounds.high) }
     }
 
     /// Numbers of boxes that may meet a box, each once, in order.
-    pub fn near(&self, bounds: (DVec2, DVec2)) -> Vec<u32> {
-        let (low, high) = self.cells(bounds);
+    pub fn near(&self, bounds: PlaceBounds) -> Vec<u32> {
+        let CellBlock { low, high } = self.cells(bounds);
         let mut found = self.large.clone();
         // Wide boxes ask for more cells than there are.
-        for x in low.0..=high.0.min(low.0.saturating_add(1 << 16)) {
-            let column = self.cells.range((x, low.1)..=(x, high.1));
+        for x in low.x..=high.x.min(low.x.saturating_add(1 << 16)) {
+            let column = self.cells.range((x, low.y)..=(x, high.y));
             column.for_each(|(_, numbers)| found.extend(numbers));
         }
         found.sort_unstable();
@@ -64,7 +72,10 @@ mod tests {
 
     #[test]
     fn all_boxes_that_meet_are_found_once() {
-        let at = |x: f64, y: f64, size: f64| (DVec2::new(x, y), DVec2::new(x + size, y + size));
+        let at = |x: f64, y: f64, size: f64| PlaceBounds {
+            low: DVec2::new(x, y),
+            high: DVec2::new(x + size, y + size),
+        };
         let boxes =
             [at(0.0, 0.0, 10.0), at(95.0, 95.0, 10.0), at(-500.0, -500.0, 10_000.0), at(700.0, 0.0, 1.0)];
         let index = Index::new((0..).zip(boxes), 100.0);

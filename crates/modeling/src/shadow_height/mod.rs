@@ -18,6 +18,7 @@
 //! for is the number at which the picture's brightness jumps.
 
 mod answer;
+mod bounds;
 mod edge;
 mod index;
 mod notes;

@@ -1,9 +1,10 @@
 //! Parts of rasters around a building, by places turned to the sun.
 
-use glam::{DMat2, DVec2, dvec2};
+use glam::{DMat2, DVec2, UVec2, dvec2, uvec2};
 
 use super::super::kernel::Samples;
 use super::super::warp::RasterPlacement;
+use super::bounds::PlaceBounds;
 use super::sunward::Sunward;
 use crate::opened::Opened;
 use crate::raster::Window;
@@ -60,7 +61,8 @@ impl<T: Copy> PlacedRaster<T> {
     ///
     /// # Errors
     /// A raster that cannot be read.
-    pub fn cut(&self, sun: &Sunward, (low, high): (DVec2, DVec2)) -> Result<Cut<T>> {
+    pub fn cut(&self, sun: &Sunward, bounds: PlaceBounds) -> Result<Cut<T>> {
+        let PlaceBounds { low, high } = bounds;
         let Some((origin, place_from_pixel)) = self.local(sun, 0.5 * (low + high), high - low) else {
             return Ok(Cut::Nothing);
         };
@@ -192,12 +194,8 @@ impl RasterPatch<[u8; 4]> {
     }
 
     /// Every pixel within a rectangle of places, of every `stride`-th column and row: column and row, place, logarithm of its brightness.
-    pub fn each(
-        &self,
-        stride: u32,
-        (low, high): (DVec2, DVec2),
-        mut take: impl FnMut((u32, u32), DVec2, f64),
-    ) {
+    pub fn each(&self, stride: u32, bounds: PlaceBounds, mut take: impl FnMut(UVec2, DVec2, f64)) {
+        let PlaceBounds { low, high } = bounds;
         for (row, ends) in (self.first..).zip(self.rows.windows(2)) {
             if row % stride != 0 {
                 continue;
@@ -206,7 +204,7 @@ impl RasterPatch<[u8; 4]> {
             for (column, pixel) in (first..).zip(line).filter(|(column, _)| column % stride == 0) {
                 let place = self.origin + self.step(f64::from(column), f64::from(row));
                 if pixel[3] > 0 && place.cmpge(low).all() && place.cmple(high).all() {
-                    take((column, row), place, log(*pixel));
+                    take(uvec2(column, row), place, log(*pixel));
                 }
             }
         }

@@ -3,6 +3,7 @@
 use glam::{DVec2, dvec2};
 
 use super::super::features::{Row, Value, length};
+use super::bounds::PlaceBounds;
 use hedgehop_geo::Transform;
 
 /// Statement of a row.
@@ -40,12 +41,9 @@ impl RowOutline {
         Ok(Self { rings: rings.collect(), claim })
     }
 
-    /// Returns the bounds: least and greatest.
-    pub fn bounds(&self) -> (DVec2, DVec2) {
-        let places = self.rings.iter().flatten();
-        places.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), place| {
-            (low.min(*place), high.max(*place))
-        })
+    /// Returns the bounds.
+    pub fn bounds(&self) -> PlaceBounds {
+        PlaceBounds::around(self.rings.iter().flatten().copied())
     }
 
     /// Whether a place lies within by the even-odd rule.

@@ -3,6 +3,7 @@
 use glam::{DVec2, dvec2};
 
 use super::super::features::Ground;
+use super::bounds::PlaceBounds;
 use super::edge::{self, EdgePart, FoundEdge, PARTS, Pixel, RoughPixel, Unclear};
 use super::patch::{Cut, PlacedRaster, RasterPatch};
 use super::sunward::{Outlines, Sunward};
@@ -90,12 +91,9 @@ struct SiteScene<'a> {
 }
 
 impl Site<'_> {
-    /// Bounds of the building turned to the sun: least and greatest.
-    pub fn bounds(&self) -> (DVec2, DVec2) {
-        let places = self.rings.iter().flatten();
-        places.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), place| {
-            (low.min(*place), high.max(*place))
-        })
+    /// Bounds of the building turned to the sun.
+    pub fn bounds(&self) -> PlaceBounds {
+        PlaceBounds::around(self.rings.iter().flatten().copied())
     }
 
     /// Metres behind the building that are looked at: the longest shadow, and lit ground beyond it.
@@ -103,22 +101,22 @@ impl Site<'_> {
         1.5 * self.range.1 / self.sun.rise
     }
 
-    /// Returns the region that is looked at, turned to the sun: least and greatest.
-    pub fn region(&self) -> (DVec2, DVec2) {
-        let (low, high) = self.bounds();
-        (low - dvec2(self.reach(), 0.0), high)
+    /// Returns the region that is looked at, turned to the sun.
+    pub fn region(&self) -> PlaceBounds {
+        let PlaceBounds { low, high } = self.bounds();
+        PlaceBounds { low: low - dvec2(self.reach(), 0.0), high }
     }
 
     /// The same with what is compared on either side.
-    pub fn surroundings(&self) -> (DVec2, DVec2) {
-        let (low, high) = self.region();
+    pub fn surroundings(&self) -> PlaceBounds {
+        let PlaceBounds { low, high } = self.region();
         let beside = dvec2(0.0, MARGIN * (high.y - low.y));
-        (low - beside, high + beside)
+        PlaceBounds { low: low - beside, high: high + beside }
     }
 
     /// Metres on either side of the shadow that are compared with it.
     fn margin(&self, side: f64) -> f64 {
-        let (low, high) = self.bounds();
+        let PlaceBounds { low, high } = self.bounds();
         (4.0 * side).max(MARGIN * (high.y - low.y)) + side
     }
 
@@ -146,7 +144,7 @@ impl Site<'_> {
     }
 
     fn scene(&self, side: f64) -> SiteScene<'_> {
-        let (low, high) = self.bounds();
+        let PlaceBounds { low, high } = self.bounds();
         let margin = self.margin(side);
         let across = low.y - margin..high.y + margin;
         let own = Outlines::new(self.rings.iter().map(|ring| (0, ring.as_slice())), across.clone(), side);
@@ -162,14 +160,14 @@ impl SiteScene<'_> {
         let rise = side * site.sun.rise;
 
         // A shadow of less than two pixels has no pixel of its own.
-        let range = (site.range.0.max(1.5 * rise), site.range.1);
-        let (low, high) = site.region();
-        let size = high - low;
+        let (lowest, highest) = (site.range.0.max(1.5 * rise), site.range.1);
+        let region = site.region();
+        let size = region.high - region.low;
         let stride = (size.x * size.y / (side * side) / MOST_ROUGH).sqrt().ceil().max(1.0) as u32;
         let mut rough = Vec::new();
 
         for (index, view) in views.iter().enumerate() {
-            view.each(stride, (low, high), |_, place, log| {
+            view.each(stride, region, |_, place, log| {
                 if views[..index].iter().any(|above| above.shows(place)) {
                     return;
                 }
@@ -179,7 +177,7 @@ impl SiteScene<'_> {
             });
         }
 
-        let start = edge::coarse(&rough, rise, range)?;
+        let start = edge::coarse(&rough, rise, lowest, highest)?;
         drop(rough);
 
         // The half-shadow where a roof of that height throws it.
@@ -188,7 +186,7 @@ impl SiteScene<'_> {
         let mut near = Vec::new();
 
         for (index, view) in views.iter().enumerate() {
-            view.each(1, (low, high), |at, place, log| {
+            view.each(1, region, |at, place, log| {
                 let Spot::Behind(critical, _) = self.pixel(place, side) else { return };
                 if (from..=to).contains(&critical) && !views[..index].iter().any(|above| above.shows(place)) {
                     near.push((index as u32, at, place, log));
@@ -197,13 +195,12 @@ impl SiteScene<'_> {
         }
 
         let stride = (near.len() as f64 / MOST_FINE as f64).sqrt().ceil().max(1.0) as u32;
-        let chosen =
-            near.into_iter().filter(|(_, (column, row), ..)| column % stride == 0 && row % stride == 0);
+        let chosen = near.into_iter().filter(|(_, at, ..)| at.x % stride == 0 && at.y % stride == 0);
 
         let pixels: Vec<Pixel> = chosen
-            .filter_map(|(index, (column, row), place, log)| {
+            .filter_map(|(index, at, place, log)| {
                 let parts = self.parts(&views[index as usize], place)?;
-                let place_of = (index, column / stride, row / stride);
+                let place_of = (index, at.x / stride, at.y / stride);
                 Some(Pixel { log: log as f32, place: place_of, across: place.y as f32, parts })
             })
             .collect();
@@ -222,11 +219,11 @@ impl SiteScene<'_> {
         const LEAST: usize = 12;
 
         let site = self.site;
-        let (low, high) = site.bounds();
+        let PlaceBounds { low, high } = site.bounds();
         let length = found.height / site.sun.rise;
         let width = site.margin(side);
         let middle = 0.5 * (found.lit + found.shade);
-        let from = (low - dvec2(0.8 * length, width), dvec2(low.x, high.y + width));
+        let from = PlaceBounds { low: low - dvec2(0.8 * length, width), high: dvec2(low.x, high.y + width) };
         let (mut sums, mut counts) = ([0.0; 2], [0; 2]);
 
         for view in views {
@@ -315,7 +312,7 @@ impl SiteScene<'_> {
         const LINES: usize = 5;
         const PLACES: usize = 40;
 
-        let (low, high) = self.site.region();
+        let PlaceBounds { low, high } = self.site.region();
         let (mut outside, mut hidden, mut near_outside, mut all) = (0, 0, 0, 0);
         let side = views.iter().map(View::side).fold(f64::INFINITY, f64::min);
         for line in 0..LINES {

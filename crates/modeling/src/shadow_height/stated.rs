@@ -36,7 +36,7 @@ impl Site<'_> {
             let length = level * f64::from(step) / STEPS;
             let Some(reached) = self.height_of_length(length) else { return level };
             if reached >= height {
-                return self.halved(height, (before, length));
+                return self.halved(height, before, length);
             }
             before = length;
         }
@@ -44,7 +44,7 @@ impl Site<'_> {
     }
 
     /// Halves two lengths until the height is reached between them.
-    fn halved(&self, height: f64, (mut low, mut high): (f64, f64)) -> f64 {
+    fn halved(&self, height: f64, mut low: f64, mut high: f64) -> f64 {
         /// Halvings from a 256th of a length to millimetres and below.
         const HALVINGS: u32 = 32;
         for _ in 0..HALVINGS {

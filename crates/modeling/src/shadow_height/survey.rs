@@ -9,6 +9,7 @@ use super::super::inputs::{Inputs, open_rasters};
 use super::super::options::BuildOptions;
 use super::super::workers::in_order;
 use super::answer::{Answer, Origin, ShadowHeight};
+use super::bounds::PlaceBounds;
 use super::edge::FoundEdge;
 use super::index::Index;
 use super::notes;
@@ -169,11 +170,8 @@ impl<'o> LayerSurvey<'o> {
 
         let sun = Sunward::new(sun.azimuth, sun.elevation);
         let rings = turned(&outline, &sun);
-        let places = rings.iter().flatten();
-        let (low, high) = places.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), place| {
-            (low.min(*place), high.max(*place))
-        });
-        let Some(ground) = self.ground(&sun, (low, high))? else {
+        let bounds = PlaceBounds::around(rings.iter().flatten().copied());
+        let Some(ground) = self.ground(&sun, bounds)? else {
             return Ok(Err(Reason::TooLarge.text().to_owned()));
         };
         let Some(geometry) = row.geometry.transformed(&self.to_metres) else {
@@ -189,7 +187,7 @@ impl<'o> LayerSurvey<'o> {
     }
 
     /// The ground of a rectangle turned to the sun; `None` if it has too many samples.
-    fn ground(&self, sun: &Sunward, rectangle: (DVec2, DVec2)) -> Result<Option<Relief>> {
+    fn ground(&self, sun: &Sunward, rectangle: PlaceBounds) -> Result<Option<Relief>> {
         let mut patches = Vec::new();
         for raster in &self.elevation {
             match raster.cut(sun, rectangle)? {
@@ -340,13 +338,11 @@ fn near(
     index: &Index,
     heights: &[Option<f64>],
 ) -> (Vec<(u32, Vec<DVec2>)>, Vec<Neighbour>) {
-    let (low, high) = site.surroundings();
+    let PlaceBounds { low, high } = site.surroundings();
     let high = high + dvec2(site.range.1 / site.sun.rise, 0.0);
     let corners =
         [low, dvec2(low.x, high.y), high, dvec2(high.x, low.y)].map(|corner| site.sun.place(corner));
-    let square = corners.into_iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), corner| {
-        (low.min(corner), high.max(corner))
-    });
+    let square = PlaceBounds::around(corners);
     let (mut rings, mut neighbours) = (Vec::new(), Vec::new());
     let own = sites[number as usize].as_ref().ok().map(|building| &building.outline);
 
@@ -356,12 +352,9 @@ fn near(
         let is_same = own
             .is_some_and(|own| own.holds(building.outline.middle()) || building.outline.holds(own.middle()));
         let turned = turned(&building.outline, &site.sun);
-        let (least, most) = turned
-            .iter()
-            .flatten()
-            .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, m), place| (l.min(*place), m.max(*place)));
+        let bounds = PlaceBounds::around(turned.iter().flatten().copied());
 
-        if !is_same && least.cmple(high).all() && most.cmpge(low).all() {
+        if !is_same && bounds.low.cmple(high).all() && bounds.high.cmpge(low).all() {
             let owner = neighbours.len() as u32;
             rings.extend(turned.into_iter().map(|ring| (owner, ring)));
             neighbours.push(Neighbour { base: building.base, height: heights[other as usize] });
