@@ -105,7 +105,8 @@ impl BoundBuilding {
     }
 
     fn parts(&self, centre: DVec2, spacing: f64, wall: Wall) -> Vec<Solid> {
-        let walls: Vec<HalfPlane> = wall.planes().map(HalfPlane::from).collect();
+        let walls: Vec<HalfPlane> =
+            wall.planes().map(|(facing, distance)| HalfPlane::towards(facing, distance)).collect();
         let floor = ConvexPatch::voxel(spacing).within_all(walls.iter().enumerate());
         if floor.area() <= 0.0 {
             return Vec::new();

@@ -363,18 +363,21 @@ impl Covered<'_> {
         let sum: DVec2 = edges.iter().map(|(length, normal, _)| *normal * *length).sum();
         let mut tried = Vec::new();
         for (_, normal, distance) in edges.iter().take(MOST_TRIED) {
-            tried.push((*normal, *distance));
+            tried.push(HalfPlane { normal: *normal, distance: *distance });
             if edges.len() > 1 {
-                tried.push((*normal, distance_of_share(*normal, share)));
+                tried.push(HalfPlane { normal: *normal, distance: distance_of_share(*normal, share) });
             }
         }
 
         if let (true, Some(normal)) = (edges.len() > 1, sum.try_normalize()) {
-            tried.push((normal, distance_of_share(normal, share)));
+            tried.push(HalfPlane { normal, distance: distance_of_share(normal, share) });
         }
-        let error = |half: &(DVec2, f64)| self.error(&[*half], share);
+        let error = |half: &HalfPlane| self.error(&[*half], share);
         let best = tried.iter().min_by(|a, b| error(a).total_cmp(&error(b)))?;
-        let longest = edges.iter().take(MOST_TRIED).map(|(_, normal, distance)| (*normal, *distance));
+        let longest = edges
+            .iter()
+            .take(MOST_TRIED)
+            .map(|(_, normal, distance)| HalfPlane { normal: *normal, distance: *distance });
         let pairs = longest
             .clone()
             .enumerate()
@@ -384,10 +387,8 @@ impl Covered<'_> {
         // A wall through the centre holds it, whichever page asks: that decides on the surface there.
         let kept = |distance: f64| (distance * STEPS).round() / STEPS * spacing;
         match two.filter(|two| self.error(two, share) + BETTER < error(best)) {
-            Some(two) => {
-                Some((share, Wall::Corner(two.map(|(normal, distance)| (normal.to_angle(), kept(distance))))))
-            }
-            None => Some((share, Wall::plane(best.0, kept(best.1)))),
+            Some(two) => Some((share, Wall::Corner(two.map(|half| (half.facing(), kept(half.distance)))))),
+            None => Some((share, Wall::plane(best.normal, kept(best.distance)))),
         }
     }
 
@@ -441,17 +442,15 @@ impl Covered<'_> {
     }
 
     /// Area in which what is covered and what walls leave differ.
-    fn error(&self, walls: &[(DVec2, f64)], share: f64) -> f64 {
+    fn error(&self, walls: &[HalfPlane], share: f64) -> f64 {
         let within = |ring: &[DVec2]| {
             let mut ring = ring.to_vec();
-            for (normal, distance) in walls {
+            for HalfPlane { normal, distance } in walls {
                 ring = clip(&ring, |place| distance - normal.dot(place - self.centre));
             }
             ring
         };
         let both: Vec<Vec<DVec2>> = self.rings.iter().map(|ring| within(ring)).collect();
-        let walls =
-            walls.iter().map(|&(normal, distance)| HalfPlane { normal, distance }).collect::<Vec<_>>();
         let left = ConvexPatch::voxel(1.0).within_all(walls.iter().enumerate()).area();
         share + left - 2.0 * Self::area(&both)
     }

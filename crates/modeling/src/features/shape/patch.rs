@@ -11,6 +11,11 @@ pub(super) struct HalfPlane {
 }
 
 impl HalfPlane {
+    /// Builds the half-plane whose outside lies towards `facing`, radians counter-clockwise from east.
+    pub fn towards(facing: f64, distance: f64) -> Self {
+        Self { normal: DVec2::from_angle(facing), distance }
+    }
+
     /// Direction of its outside, radians counter-clockwise from east.
     pub fn facing(&self) -> f64 {
         self.normal.to_angle()
@@ -26,12 +31,6 @@ impl HalfPlane {
     /// Returns how far a place lies beyond it.
     pub fn beyond(&self, place: DVec2) -> f64 {
         self.normal.dot(place) - self.distance
-    }
-}
-
-impl From<(f64, f64)> for HalfPlane {
-    fn from((facing, distance): (f64, f64)) -> Self {
-        Self { normal: DVec2::from_angle(facing), distance }
     }
 }
 

@@ -21,6 +21,15 @@ const STEEPER: f64 = 2.0;
 /// Most stations of a line.
 const MOST: f64 = 200_000.0;
 
+/// A place along a line that keeps its height.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct FixedPlace {
+    /// Distance along the line, metres.
+    pub along: f64,
+    /// Distance to either side over which the line stays level, metres.
+    pub level: f64,
+}
+
 /// Heights along a line.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Profile {
@@ -39,11 +48,11 @@ impl Profile {
     }
 
     /// Smoothed over `window` metres to either side, and no steeper than `grade`, or than twice what takes it from one fixed place to the next. These are both ends and the
-    /// stations nearest to distances along the line, each with the distance over which it stays level about that, metres.
-    pub fn graded(mut self, window: f64, grade: f64, fixed: &[(f64, f64)]) -> Self {
+    /// stations nearest to `fixed`.
+    pub fn graded(mut self, window: f64, grade: f64, fixed: &[FixedPlace]) -> Self {
         let last = self.heights.len() - 1;
         let mut places = vec![(0, 0.0), (last, 0.0)];
-        places.extend(fixed.iter().map(|(along, level)| {
+        places.extend(fixed.iter().map(|FixedPlace { along, level }| {
             let station = (along / self.step).round().clamp(0.0, last as f64);
             (station as usize, *level)
         }));
@@ -53,7 +62,8 @@ impl Profile {
             let part = &mut self.heights[pair[0].0..=pair[1].0];
             grade_part(
                 part,
-                (window / self.step, grade * self.step),
+                window / self.step,
+                grade * self.step,
                 [pair[0].1, pair[1].1].map(|level| level / self.step),
             );
         }
@@ -108,7 +118,7 @@ impl Profile {
 }
 
 /// Grades what lies between two fixed places. `window` and `level` are steps, `grade` is metres for each of these.
-fn grade_part(heights: &mut [f64], (window, grade): (f64, f64), level: [f64; 2]) {
+fn grade_part(heights: &mut [f64], window: f64, grade: f64, level: [f64; 2]) {
     let last = heights.len() - 1;
     let reach = window.round().max(0.0) as usize;
     let mut smooth = means(&means(heights, reach), reach);
@@ -210,7 +220,8 @@ mod tests {
     #[test]
     fn fixed_places_keep_their_height_and_are_level_about_it() {
         let rough: Vec<f64> = (0..60).map(|i| 500.0 + 3.0 * (0.9 * f64::from(i)).sin()).collect();
-        let graded = profile(&rough).graded(24.0, 0.1, &[(0.0, 8.0), (101.0, 0.0)]);
+        let fixed = [FixedPlace { along: 0.0, level: 8.0 }, FixedPlace { along: 101.0, level: 0.0 }];
+        let graded = profile(&rough).graded(24.0, 0.1, &fixed);
         for (station, from) in [(0, 0), (1, 0), (2, 0), (25, 25), (59, 59)] {
             assert!((graded.heights[station] - rough[from]).abs() < 1e-9, "{station}");
         }

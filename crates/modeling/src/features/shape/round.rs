@@ -84,7 +84,7 @@ impl BoundUpright {
     /// Raises its solids, with the index of their voxel.
     pub fn raise(&self, square: &Square, out: &mut Vec<(usize, Solid)>) {
         if 2.0 * self.radius < square.spacing {
-            return self.thin(square, self.radius, (None, self.top_m()), out);
+            return self.thin(square, self.radius, None, self.top_m(), out);
         }
 
         let (broad, narrow): (Vec<Section>, Vec<Section>) = self
@@ -134,7 +134,7 @@ impl BoundUpright {
         // Where four voxels meet none of them holds enough of a narrow circle.
         if 2.0 * radius < NARROW * square.spacing {
             let low_m = (!is_lowest).then_some(self.base_m + low);
-            return self.thin(square, radius, (low_m, self.base_m + high), out);
+            return self.thin(square, radius, low_m, self.base_m + high, out);
         }
         let circle = Footprint::circle(self.middle, radius, 0.02 * square.spacing);
         for cover in circle.cover(square) {
@@ -214,7 +214,8 @@ impl BoundUpright {
         &self,
         square: &Square,
         radius: f64,
-        (low_m, high_m): (Option<f64>, f64),
+        low_m: Option<f64>,
+        high_m: f64,
         out: &mut Vec<(usize, Solid)>,
     ) {
         let (columns, rows) = square.touched([self.middle.x, self.middle.y, self.middle.x, self.middle.y]);
@@ -364,7 +365,8 @@ mod tests {
         let mut solids = Vec::new();
         bound.raise(&square(1.0), &mut solids);
         let area = |solid: &Solid| {
-            let planes: Vec<HalfPlane> = solid.wall.planes().map(HalfPlane::from).collect();
+            let planes: Vec<HalfPlane> =
+                solid.wall.planes().map(|(facing, distance)| HalfPlane::towards(facing, distance)).collect();
             ConvexPatch::voxel(1.0).within_all(planes.iter().enumerate()).area()
         };
         let at = |height: f64| {

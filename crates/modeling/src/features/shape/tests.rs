@@ -363,7 +363,10 @@ fn tanks_domes_and_poles_are_round() {
     };
     let flat = tank(Cap::Flat, 20.0, 1.0);
     let share = |wall: Wall| {
-        let planes = wall.planes().map(super::patch::HalfPlane::from).collect::<Vec<_>>();
+        let planes = wall
+            .planes()
+            .map(|(facing, distance)| super::patch::HalfPlane::towards(facing, distance))
+            .collect::<Vec<_>>();
         super::patch::ConvexPatch::voxel(1.0).within_all(planes.iter().enumerate()).area()
     };
     let area: f64 = flat.iter().map(|(_, solid)| share(solid.wall)).sum();

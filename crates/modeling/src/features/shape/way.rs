@@ -10,7 +10,7 @@
 use super::super::kinds::{Paint, Way, WayKind};
 use super::super::layer::Joint;
 use super::super::meaning::WATER;
-use super::profile::Profile;
+use super::profile::{FixedPlace, Profile};
 use super::ribbon::{Cross, Ends, Line};
 use super::solid::{Ground, Solid, Square, Wall};
 use hedgehop::voxel::Material;
@@ -104,7 +104,7 @@ impl BoundWay {
         let window = if way.kind == WayKind::Road { SMOOTH } else { 3.0 * SMOOTH };
         let fixed: Vec<_> = joints
             .iter()
-            .filter_map(|joint| line.along_of(joint.place).map(|along| (along, joint.half_m)))
+            .filter_map(|joint| Some(FixedPlace { along: line.along_of(joint.place)?, level: joint.half_m }))
             .collect();
         let profile = natural.clone().graded(window, way.most_grade, &fixed);
         let half = 0.5 * way.width_m;
