@@ -54,36 +54,51 @@ pub(super) fn synthetic(
     (synthetic, is_whole)
 }
 
-/// Numbers that a key may have, and words for these.
-type Range = (fn(f64) -> bool, &'static str);
+/// Numbers that a key may have.
+#[derive(Clone, Copy)]
+pub(super) struct NumberRange {
+    /// Whether a number is one of them.
+    pub holds: fn(f64) -> bool,
+    /// Words for them, after the key's name.
+    pub want: &'static str,
+}
+
+impl NumberRange {
+    const fn new(holds: fn(f64) -> bool, want: &'static str) -> Self {
+        Self { holds, want }
+    }
+}
 
 /// Most places of a line; each is met by every voxel near it.
 const MOST_PLACES: usize = 1000;
 
 /// Range of heights of ground: the steps of height of a whole place grow with it.
-pub(super) const HEIGHT: Range = (|metres| metres.abs() <= 20_000.0, "must be −20000 to 20000 m");
-const AMOUNT: Range =
-    (|metres| metres > 0.0 && metres <= 20_000.0, "must be more than 0 and at most 20000 m");
-const LENGTH: Range =
-    (|metres| metres > 0.0 && metres <= 1.0e7, "must be more than 0 and at most 10000000 m");
-const WIDTH: Range = (|metres| (0.0..=1.0e7).contains(&metres), "must be 0 to 10000000 m");
-const PLACE: Range = (|metres| metres.abs() <= 1.0e9, "must be a place in metres");
-const AZIMUTH: Range = (|degrees| degrees.abs() <= 360.0, "must be −360 to 360 degrees");
-const ROUGHNESS: Range = (|share| (0.2..=0.9).contains(&share), "must be 0.2 to 0.9");
-const SHARE: Range = (|share| (0.0..=1.0).contains(&share), "must be 0 to 1");
-const HALF: Range = (|share| (0.0..=0.5).contains(&share), "must be 0 to 0.5");
-const PERCENT: Range = (|percent| percent.abs() <= 1000.0, "must be −1000 to 1000 %");
+pub(super) const HEIGHT: NumberRange =
+    NumberRange::new(|metres| metres.abs() <= 20_000.0, "must be −20000 to 20000 m");
+const AMOUNT: NumberRange =
+    NumberRange::new(|metres| metres > 0.0 && metres <= 20_000.0, "must be more than 0 and at most 20000 m");
+const LENGTH: NumberRange =
+    NumberRange::new(|metres| metres > 0.0 && metres <= 1.0e7, "must be more than 0 and at most 10000000 m");
+const WIDTH: NumberRange =
+    NumberRange::new(|metres| (0.0..=1.0e7).contains(&metres), "must be 0 to 10000000 m");
+const PLACE: NumberRange = NumberRange::new(|metres| metres.abs() <= 1.0e9, "must be a place in metres");
+const AZIMUTH: NumberRange =
+    NumberRange::new(|degrees| degrees.abs() <= 360.0, "must be −360 to 360 degrees");
+const ROUGHNESS: NumberRange = NumberRange::new(|share| (0.2..=0.9).contains(&share), "must be 0.2 to 0.9");
+const SHARE: NumberRange = NumberRange::new(|share| (0.0..=1.0).contains(&share), "must be 0 to 1");
+const HALF: NumberRange = NumberRange::new(|share| (0.0..=0.5).contains(&share), "must be 0 to 0.5");
+const PERCENT: NumberRange = NumberRange::new(|percent| percent.abs() <= 1000.0, "must be −1000 to 1000 %");
 
 impl Fields<'_, '_, '_> {
     /// A number that must be there.
-    fn needed(&mut self, key: &'static str, example: &str, (holds, want): Range) -> Option<f64> {
+    fn needed(&mut self, key: &'static str, example: &str, range: NumberRange) -> Option<f64> {
         let number = self.need::<f64>(key, example)?;
-        self.mistakes.check(&number.span(), Reading::checked(key, *number.get_ref(), holds, want))
+        self.mistakes.check(&number.span(), Reading::checked(key, *number.get_ref(), range.holds, range.want))
     }
 
     /// A number, or what it is without the key.
-    fn number_or(&mut self, key: &'static str, otherwise: f64, (holds, want): Range) -> f64 {
-        self.number(key, holds, want).unwrap_or(otherwise)
+    fn number_or(&mut self, key: &'static str, otherwise: f64, range: NumberRange) -> f64 {
+        self.number(key, range.holds, range.want).unwrap_or(otherwise)
     }
 
     fn material(&mut self, known: &Materials) -> Option<Material> {
@@ -96,11 +111,12 @@ impl Fields<'_, '_, '_> {
     }
 
     /// Reads which kind a key may name, by the names that it has.
-    fn kind<T: Copy, const N: usize>(&mut self, kinds: [(&str, T); N], example: &str) -> Option<T> {
+    fn kind<T: Copy, const N: usize>(&mut self, kinds: [KindWord<T>; N], example: &str) -> Option<T> {
         let kind = self.need::<String>("kind", example)?;
-        let known = kinds.iter().find(|(name, _)| name == kind.get_ref()).map(|(_, kind)| *kind);
-        let wanted =
-            || format!("kind is one of {}, not {:?}", kinds.map(|(name, _)| name).join(", "), kind.get_ref());
+        let known = kinds.iter().find(|known| known.word == kind.get_ref()).map(|known| known.kind);
+        let wanted = || {
+            format!("kind is one of {}, not {:?}", kinds.map(|known| known.word).join(", "), kind.get_ref())
+        };
         self.mistakes.check(&kind.span(), known.ok_or_else(wanted))
     }
 
@@ -108,7 +124,7 @@ impl Fields<'_, '_, '_> {
     fn place(&self, key: &'static str, place: &Spanned<Vec<f64>>) -> Option<DVec2> {
         let found = match place.get_ref().as_slice() {
             [x, y] => {
-                let checked = |metres| Reading::checked(key, metres, PLACE.0, PLACE.1);
+                let checked = |metres| Reading::checked(key, metres, PLACE.holds, PLACE.want);
                 checked(*x).and_then(|x| Ok(DVec2::new(x, checked(*y)?)))
             }
             _ => Err(format!("{key} is a place, [x, y] in metres")),
@@ -140,6 +156,15 @@ impl Fields<'_, '_, '_> {
     }
 }
 
+/// Word for a kind of thing in a recipe.
+#[derive(Clone, Copy)]
+struct KindWord<T> {
+    /// The word.
+    word: &'static str,
+    /// Kind that it stands for.
+    kind: T,
+}
+
 #[derive(Clone, Copy)]
 enum NamedKind {
     Plane,
@@ -152,15 +177,15 @@ enum NamedKind {
     Pond,
 }
 
-const KINDS: [(&str, NamedKind); 8] = [
-    ("plane", NamedKind::Plane),
-    ("fractal", NamedKind::Fractal),
-    ("ridge", NamedKind::Ridge),
-    ("valley", NamedKind::Valley),
-    ("cone", NamedKind::Cone),
-    ("dome", NamedKind::Dome),
-    ("plateau", NamedKind::Plateau),
-    ("pond", NamedKind::Pond),
+const KINDS: [KindWord<NamedKind>; 8] = [
+    KindWord { word: "plane", kind: NamedKind::Plane },
+    KindWord { word: "fractal", kind: NamedKind::Fractal },
+    KindWord { word: "ridge", kind: NamedKind::Ridge },
+    KindWord { word: "valley", kind: NamedKind::Valley },
+    KindWord { word: "cone", kind: NamedKind::Cone },
+    KindWord { word: "dome", kind: NamedKind::Dome },
+    KindWord { word: "plateau", kind: NamedKind::Plateau },
+    KindWord { word: "pond", kind: NamedKind::Pond },
 ];
 
 /// `[[terrain]]`: a shape of the ground.
@@ -261,7 +286,7 @@ fn plateau(table: &mut Fields<'_, '_, '_>) -> Option<Terrain> {
 fn pond(table: &mut Fields<'_, '_, '_>) -> Option<Terrain> {
     let circle = table.circle();
     let level = table.needed("level_m", "395", HEIGHT);
-    let bank = table.number("bank_m", LENGTH.0, LENGTH.1);
+    let bank = table.number("bank_m", LENGTH.holds, LENGTH.want);
     let ragged = table.number_or("ragged", 0.0, HALF);
     let seed = table.seed();
     let colour = table.take::<String>("colour");
@@ -287,23 +312,23 @@ fn detail(mut table: Fields<'_, '_, '_>) -> Option<Detail> {
         Some(rough) => {
             let found = match rough.get_ref() {
                 RoughnessWord::Word(word) if word == "auto" => Ok(Roughness::Auto),
-                RoughnessWord::Share(share) if ROUGHNESS.0(*share) => Ok(Roughness::Given(*share)),
+                RoughnessWord::Share(share) if (ROUGHNESS.holds)(*share) => Ok(Roughness::Given(*share)),
                 _ => Err("roughness is \"auto\", or 0.2 to 0.9"),
             };
             table.mistakes.check(&rough.span(), found)
         }
     };
-    let limit_m = table.number("limit_m", AMOUNT.0, AMOUNT.1);
+    let limit_m = table.number("limit_m", AMOUNT.holds, AMOUNT.want);
     table.finish();
     Some(Detail { seed, roughness: roughness?, limit_m })
 }
 
-const PATTERNS: [(&str, Pattern); 5] = [
-    ("checkerboard", Pattern::Checkerboard),
-    ("checks", Pattern::Checks),
-    ("speckle", Pattern::Speckle),
-    ("waves", Pattern::Waves),
-    ("fractal", Pattern::Fractal),
+const PATTERNS: [KindWord<Pattern>; 5] = [
+    KindWord { word: "checkerboard", kind: Pattern::Checkerboard },
+    KindWord { word: "checks", kind: Pattern::Checks },
+    KindWord { word: "speckle", kind: Pattern::Speckle },
+    KindWord { word: "waves", kind: Pattern::Waves },
+    KindWord { word: "fractal", kind: Pattern::Fractal },
 ];
 
 /// `[[texture]]`: a pattern on the ground.
@@ -342,7 +367,8 @@ fn palette(mut table: Fields<'_, '_, '_>) -> Option<Palette> {
         table.need::<Vec<(f64, Spanned<String>)>>("heights", "[[0, \"#5c7a46\"], [900, \"#8a8070\"]]");
     let heights = heights.and_then(|stops| self::stops(&table, "heights", &stops, HEIGHT));
     let slopes = table.take::<Vec<(f64, Spanned<String>)>>("slopes");
-    let steep: Range = (|degrees| (1.0..90.0).contains(&degrees), "must be 1 to less than 90 degrees");
+    let steep =
+        NumberRange::new(|degrees| (1.0..90.0).contains(&degrees), "must be 1 to less than 90 degrees");
     let slopes = slopes.map_or(Some(Vec::new()), |stops| self::stops(&table, "slopes", &stops, steep));
     let over_imagery = table.number_or("over_imagery", 0.0, SHARE);
     table.finish();
@@ -354,10 +380,10 @@ fn stops(
     table: &Fields<'_, '_, '_>,
     key: &'static str,
     stops: &Spanned<Vec<(f64, Spanned<String>)>>,
-    (holds, want): Range,
+    range: NumberRange,
 ) -> Option<Vec<Stop>> {
     let read = stops.get_ref().iter().map(|(at, text)| {
-        let at = table.mistakes.check(&stops.span(), Reading::checked(key, *at, holds, want))?;
+        let at = table.mistakes.check(&stops.span(), Reading::checked(key, *at, range.holds, range.want))?;
         Some(Stop { at, colour: table.colour(text)? })
     });
     let read = read.collect::<Option<Vec<_>>>()?;

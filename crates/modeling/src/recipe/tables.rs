@@ -182,7 +182,7 @@ fn place(
 
     let voids = table.take::<Voids>("voids");
     options.nodata_fill = match voids.as_ref().map(Spanned::get_ref) {
-        Some(Voids::Height(height)) if HEIGHT.0(*height) => NodataFill::Value(*height),
+        Some(Voids::Height(height)) if (HEIGHT.holds)(*height) => NodataFill::Value(*height),
         Some(Voids::Word(word)) if word == "interpolate" => NodataFill::Interpolate,
         Some(Voids::Word(word)) if word == "small" => NodataFill::Small,
         Some(Voids::Word(word)) if word == "none" => NodataFill::None,
