@@ -6,17 +6,30 @@
 
 use hedgehop_base::colour::linear_from_srgb8;
 
-/// Stops of the ramp above the datum: place (0…1) and sRGB colour.
-const LAND: [(f64, [u8; 3]); 6] = [
-    (0.00, [96, 128, 74]),
-    (0.15, [122, 146, 84]),
-    (0.35, [168, 164, 108]),
-    (0.60, [156, 132, 98]),
-    (0.82, [138, 126, 116]),
-    (1.00, [236, 236, 238]),
+/// A colour of a ramp.
+#[derive(Debug, Clone, Copy)]
+struct RampStop {
+    /// Place on the ramp, 0…1.
+    place: f64,
+    /// sRGB.
+    colour: [u8; 3],
+}
+
+/// Stops of the ramp above the datum.
+const LAND: [RampStop; 6] = [
+    RampStop { place: 0.00, colour: [96, 128, 74] },
+    RampStop { place: 0.15, colour: [122, 146, 84] },
+    RampStop { place: 0.35, colour: [168, 164, 108] },
+    RampStop { place: 0.60, colour: [156, 132, 98] },
+    RampStop { place: 0.82, colour: [138, 126, 116] },
+    RampStop { place: 1.00, colour: [236, 236, 238] },
 ];
 /// Stops below the datum, by depth.
-const SEA: [(f64, [u8; 3]); 3] = [(0.00, [112, 158, 176]), (0.10, [66, 116, 154]), (1.00, [20, 44, 92])];
+const SEA: [RampStop; 3] = [
+    RampStop { place: 0.00, colour: [112, 158, 176] },
+    RampStop { place: 0.10, colour: [66, 116, 154] },
+    RampStop { place: 1.00, colour: [20, 44, 92] },
+];
 const ROCK: [u8; 3] = [124, 116, 108];
 /// Slopes (rise over run) between which ground turns into rock.
 const SCREE: (f64, f64) = (0.7, 1.4);
@@ -54,11 +67,11 @@ impl Tint {
     }
 }
 
-fn ramp(stops: &[(f64, [u8; 3])], place: f64) -> [f32; 3] {
-    let above = stops.partition_point(|stop| stop.0 <= place).clamp(1, stops.len() - 1);
+fn ramp(stops: &[RampStop], place: f64) -> [f32; 3] {
+    let above = stops.partition_point(|stop| stop.place <= place).clamp(1, stops.len() - 1);
     let (from, to) = (stops[above - 1], stops[above]);
-    let share = ((place - from.0) / (to.0 - from.0)).clamp(0.0, 1.0);
-    mix(linear_from_srgb8(from.1), linear_from_srgb8(to.1), share as f32)
+    let share = ((place - from.place) / (to.place - from.place)).clamp(0.0, 1.0);
+    mix(linear_from_srgb8(from.colour), linear_from_srgb8(to.colour), share as f32)
 }
 
 /// `a` and `share` of `b`.
@@ -75,9 +88,9 @@ mod tests {
     fn sea_is_blue_lowland_green_and_summits_white() {
         let tint = Tint::new(-4000.0, 3000.0, true);
         let srgb = |height, slope| tint.colour(height, slope).map(srgb8_from_linear);
-        assert_eq!(srgb(-4000.0, 0.0), SEA[2].1);
-        assert_eq!((srgb(0.0, 0.0), srgb(1e-6, 0.0)), (SEA[0].1, LAND[0].1));
-        assert_eq!(srgb(3000.0, 0.0), LAND[5].1);
+        assert_eq!(srgb(-4000.0, 0.0), SEA[2].colour);
+        assert_eq!((srgb(0.0, 0.0), srgb(1e-6, 0.0)), (SEA[0].colour, LAND[0].colour));
+        assert_eq!(srgb(3000.0, 0.0), LAND[5].colour);
         assert_eq!(srgb(1500.0, 9.0), ROCK);
         assert_eq!(srgb(f64::NAN, 0.0), NEUTRAL);
     }

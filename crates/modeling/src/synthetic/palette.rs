@@ -16,13 +16,22 @@ pub struct Stop {
     pub colour: [u8; 3],
 }
 
+/// A stop in linear light.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct LinearStop {
+    /// Height in metres, or slope (rise over run).
+    at: f64,
+    /// Linear red, green and blue.
+    colour: [f32; 3],
+}
+
 /// Colours between stops; before the first and after the last as there.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Palette {
     /// Stops by rising height, metres; linear light, at least one.
-    heights: Vec<(f64, [f32; 3])>,
+    heights: Vec<LinearStop>,
     /// Stops by rising slope (rise over run); may be empty.
-    slopes: Vec<(f64, [f32; 3])>,
+    slopes: Vec<LinearStop>,
     /// Slope at which the first of them comes in.
     gentle: f64,
     /// Share of them in the colour of imagery, 0…1.
@@ -37,10 +46,10 @@ impl Palette {
             let way = turned(degrees);
             way.x / way.y
         };
-        let linear = |stop: &Stop| (stop.at, linear_from_srgb8(stop.colour));
+        let linear = |stop: &Stop| LinearStop { at: stop.at, colour: linear_from_srgb8(stop.colour) };
         Self {
             heights: heights.iter().map(linear).collect(),
-            slopes: slopes.iter().map(linear).map(|(at, colour)| (rise(at), colour)).collect(),
+            slopes: slopes.iter().map(linear).map(|stop| LinearStop { at: rise(stop.at), ..stop }).collect(),
             gentle: slopes.first().map_or(0.0, |first| rise((first.at - COMING_IN).max(0.0))),
             over_imagery: 0.0,
         }
@@ -58,19 +67,21 @@ impl Palette {
             return linear_from_srgb8(NEUTRAL);
         }
         let level = between(&self.heights, height);
-        let Some((first, _)) = self.slopes.first() else { return level };
+        let Some(LinearStop { at: first, .. }) = self.slopes.first() else { return level };
         let steep =
             if slope >= *first { 1.0 } else { ((slope - self.gentle) / (first - self.gentle)).max(0.0) };
         mix(level, between(&self.slopes, slope), steep as f32)
     }
 }
 
-fn between(stops: &[(f64, [f32; 3])], at: f64) -> [f32; 3] {
-    let after = stops.partition_point(|stop| stop.0 <= at);
+fn between(stops: &[LinearStop], at: f64) -> [f32; 3] {
+    let after = stops.partition_point(|stop| stop.at <= at);
     let (before, next) = (after.checked_sub(1).and_then(|before| stops.get(before)), stops.get(after));
     match (before, next) {
-        (Some(before), Some(next)) => mix(before.1, next.1, ((at - before.0) / (next.0 - before.0)) as f32),
-        (Some(only), None) | (None, Some(only)) => only.1,
+        (Some(before), Some(next)) => {
+            mix(before.colour, next.colour, ((at - before.at) / (next.at - before.at)) as f32)
+        }
+        (Some(only), None) | (None, Some(only)) => only.colour,
         (None, None) => linear_from_srgb8(NEUTRAL),
     }
 }

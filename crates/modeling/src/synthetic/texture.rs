@@ -124,7 +124,7 @@ impl Texture {
         match self.pattern {
             Pattern::Checkerboard => self.colours[x.wrapping_add(y).rem_euclid(count as i64) as usize],
             Pattern::Checks => self.colours[(hash(x, y, self.seed) % count as u64) as usize],
-            Pattern::Speckle => self.spot(place, (x, y)).unwrap_or(self.colours[0]),
+            Pattern::Speckle => self.spot(place, x, y).unwrap_or(self.colours[0]),
             Pattern::Waves => {
                 let wander =
                     0.45 * gradient(place / 2.7, self.seed) + 0.2 * gradient(place * 0.8, self.seed ^ 1);
@@ -142,7 +142,7 @@ impl Texture {
     }
 
     /// Colour of the spot on a place in a cell; `None`: there is none.
-    fn spot(&self, place: DVec2, (x, y): (i64, i64)) -> Option<[f32; 3]> {
+    fn spot(&self, place: DVec2, x: i64, y: i64) -> Option<[f32; 3]> {
         let cells = (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (x.wrapping_add(dx), y.wrapping_add(dy))));
         let mut found = None;
         for (x, y) in cells {
