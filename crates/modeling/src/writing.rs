@@ -77,6 +77,7 @@ pub(super) fn write_pages(
     written: &mut Written,
     observer: &dyn Observer,
 ) -> Result<()> {
+    let run = LevelRun { project, threads, trace, observer };
     let stages = [("voxels", 0..1), ("levels", 1..project.grid.level_count())];
     for (stage, levels) in stages {
         observer.begin(stage, levels.clone().map(|level| project.stored.count(level)).sum(), "pages");
@@ -84,7 +85,7 @@ pub(super) fn write_pages(
             let finer = writer.readback();
             let mut shelf = if trace.is_some() { Shelf::named(writer) } else { Shelf::new(writer) }?;
             let tasks = project.stored.tasks(level);
-            let done = write_level(project, (tasks, threads), (trace, &finer), &mut shelf, written, observer);
+            let done = run.write(tasks, &finer, &mut shelf, written);
             // What waits for its place is kept as well, if somebody stops the build.
             if matches!(done, Ok(()) | Err(Error::Interrupted(_))) {
                 shelf.empty()?;
@@ -97,66 +98,82 @@ pub(super) fn write_pages(
     Ok(())
 }
 
-/// Writes the pages of one level, page by page.
-fn write_level(
-    project: &Project<'_>,
-    (tasks, threads): (Tasks, usize),
-    (trace, finer): (Option<Trace<'_>>, &PageReadback),
-    shelf: &mut Shelf<'_>,
-    written: &mut Written,
-    observer: &dyn Observer,
-) -> Result<()> {
-    let mut aside = shelf.aside().map(Aside::of).transpose()?;
-    in_order(
-        tasks.count(),
-        threads,
-        observer,
-        || (PageMaker::new(project), Vec::new()),
-        |(maker, scratch), task| {
-            let id = tasks.id(task);
-            let key = trace.map(|(_, keys)| keys.of(id, finer));
-            let known =
-                trace.zip(key).and_then(|((cache, _), key)| cache.page(&project.grid, id, key, scratch));
-            if let Some(Reused { page, bare, counts }) = known {
-                let (page, bare) = (Page::Reused(page), bare.map(Page::Reused));
-                return Ok(Ready { page, bare, counts, key });
-            }
+/// Run that writes the levels of a build.
+struct LevelRun<'a> {
+    /// The build.
+    project: &'a Project<'a>,
+    /// Threads that make pages.
+    threads: usize,
+    /// Steps of builds before; `None`: none are kept.
+    trace: Option<Trace<'a>>,
+    /// Observer of the progress.
+    observer: &'a dyn Observer,
+}
 
-            let MadePage { page, bare, counts } = match id.level {
-                0 => maker.make(id)?,
-                _ => {
-                    let mut sources = FromSources { maker };
-                    let page = sparse_page(finer, &mut sources, &project.grid, project.code, id)?;
-                    let counts = PageCounts::of_finest(&page, id, project.stored);
-                    MadePage { page, bare: None, counts }
+impl LevelRun<'_> {
+    /// Writes the pages of one level, page by page.
+    fn write(
+        &self,
+        tasks: Tasks,
+        finer: &PageReadback,
+        shelf: &mut Shelf<'_>,
+        written: &mut Written,
+    ) -> Result<()> {
+        let Self { project, threads, trace, observer } = *self;
+        let mut aside = shelf.aside().map(Aside::of).transpose()?;
+        in_order(
+            tasks.count(),
+            threads,
+            observer,
+            || (PageMaker::new(project), Vec::new()),
+            |(maker, scratch), task| {
+                let id = tasks.id(task);
+                let key = trace.map(|(_, keys)| keys.of(id, finer));
+                let known =
+                    trace.zip(key).and_then(|((cache, _), key)| cache.page(&project.grid, id, key, scratch));
+                if let Some(Reused { page, bare, counts }) = known {
+                    let (page, bare) = (Page::Reused(page), bare.map(Page::Reused));
+                    return Ok(Ready { page, bare, counts, key });
                 }
-            };
 
-            let counts = counts.with_codes_of(&page).with_codes_of_bare(bare.as_ref(), project.shared);
-            let (page, bare) =
-                (Page::Made(page.encode(id)), bare.map(|bare| Page::Made(bare.encode(id.bare()))));
+                let MadePage { page, bare, counts } = match id.level {
+                    0 => maker.make(id)?,
+                    _ => {
+                        let mut sources = FromSources { maker };
+                        let page = sparse_page(finer, &mut sources, &project.grid, project.code, id)?;
+                        let counts = PageCounts::of_finest(&page, id, project.stored);
+                        MadePage { page, bare: None, counts }
+                    }
+                };
 
-            Ok(Ready { page, bare, counts, key })
-        },
-        |_, ready: Ready| {
-            let made = written.take(&ready);
-            let places =
-                [ready.page.put_on(shelf)?, ready.bare.map(|bare| bare.put_on(shelf)).transpose()?.flatten()];
-            observer.advance(1);
+                let counts = counts.with_codes_of(&page).with_codes_of_bare(bare.as_ref(), project.shared);
+                let (page, bare) =
+                    (Page::Made(page.encode(id)), bare.map(|bare| Page::Made(bare.encode(id.bare()))));
 
-            // The shelf passes pages on band by band.
-            if written.pending.first().is_some_and(|first| finer.entry(first.id).is_some()) {
-                written.note(trace, finer)?;
-                aside.as_mut().map_or(Ok(()), Aside::clear)?;
-            }
+                Ok(Ready { page, bare, counts, key })
+            },
+            |_, ready: Ready| {
+                let made = written.take(&ready);
+                let places = [
+                    ready.page.put_on(shelf)?,
+                    ready.bare.map(|bare| bare.put_on(shelf)).transpose()?.flatten(),
+                ];
+                observer.advance(1);
 
-            let set_aside = made
-                .into_iter()
-                .zip(places)
-                .filter_map(|(made, entry)| Some(MadeRecord { entry: entry?, ..made }));
-            aside.as_mut().map_or(Ok(()), |aside| aside.note(set_aside))
-        },
-    )
+                // The shelf passes pages on band by band.
+                if written.pending.first().is_some_and(|first| finer.entry(first.id).is_some()) {
+                    written.note(trace, finer)?;
+                    aside.as_mut().map_or(Ok(()), Aside::clear)?;
+                }
+
+                let set_aside = made
+                    .into_iter()
+                    .zip(places)
+                    .filter_map(|(made, entry)| Some(MadeRecord { entry: entry?, ..made }));
+                aside.as_mut().map_or(Ok(()), |aside| aside.note(set_aside))
+            },
+        )
+    }
 }
 
 impl Written {
