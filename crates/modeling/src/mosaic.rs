@@ -127,7 +127,8 @@ impl Mosaic<'_> {
 
         if !source.shift.is_zero() {
             for (voxel, height) in heights.iter_mut().enumerate() {
-                *height += source.shift.at(self.level.units(rect.voxel(voxel)));
+                let (x, y) = rect.voxel(voxel);
+                *height += source.shift.at(self.level.units(x, y));
             }
         }
 
@@ -210,8 +211,8 @@ impl Mosaic<'_> {
 
         let range = self.surveys.get(usize::from(index)).and_then(|survey| survey.range);
         if let Some((low, high)) = range.filter(|_| shape != KernelShape::Tent || refinement.is_some()) {
-            let room = room(source, (low, high), self.interpolation, self.detail.as_ref());
-            layer.confine(source, (low - room, high + room));
+            let room = room(source, low, high, self.interpolation, self.detail.as_ref());
+            layer.confine(source, low - room, high + room);
         }
 
         Ok(layer)
@@ -244,10 +245,11 @@ impl Mosaic<'_> {
     }
 }
 
-/// Returns by how much heights may leave the range of a source's posts, metres.
+/// Returns by how much heights may leave the range of a source's posts, `low..=high`, metres.
 pub(super) fn room(
     source: &ElevationInput,
-    (low, high): (f64, f64),
+    low: f64,
+    high: f64,
     interpolation: Interpolation,
     detail: Option<&Detail>,
 ) -> f64 {
@@ -283,7 +285,8 @@ impl MosaicLayer {
         }
         for (voxel, sum) in self.sums.iter_mut().enumerate() {
             if self.valid[voxel] > 0.0 {
-                let shift = source.shift.at(level.units(field.rect.voxel(voxel)));
+                let (x, y) = field.rect.voxel(voxel);
+                let shift = source.shift.at(level.units(x, y));
                 *sum = *sum / self.valid[voxel] + shift;
             }
         }
@@ -299,8 +302,8 @@ impl MosaicLayer {
         }
     }
 
-    /// Keeps heights within a range, metres above the source's datum.
-    fn confine(&mut self, source: &ElevationInput, (low, high): (f64, f64)) {
+    /// Keeps heights within `low..=high`, metres above the source's datum.
+    fn confine(&mut self, source: &ElevationInput, low: f64, high: f64) {
         let shift = source.shift.range();
         self.sums.iter_mut().for_each(|height| *height = height.clamp(low + shift.0, high + shift.1));
     }

@@ -392,7 +392,7 @@ impl<'a> PageMaker<'a> {
         let coarse = self.project.surveys.get(usize::from(source))?.coarse.as_ref()?;
         let (east, north) = warp::world(&self.level.grid, f64::from(x) + 0.5, f64::from(y) + 0.5);
         let (column, row) = input.placement.pixel_from_world(east, north)?;
-        Some(coarse.at(column, row) + input.shift.at(self.level.units((x, y))))
+        Some(coarse.at(column, row) + input.shift.at(self.level.units(x, y)))
     }
 }
 

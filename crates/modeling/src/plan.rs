@@ -57,7 +57,7 @@ pub(super) fn plan(inputs: &Inputs, options: &BuildOptions) -> Result<Plan> {
         None if inputs.elevation.is_empty() => return Err(needed("--spacing", "10")),
         None => {
             let spacing = finest_spacing(&inputs.elevation, options.bbox, &crs)?;
-            worth_it(&inputs.elevation, (options.bbox, spacing), &crs)?;
+            worth_it(&inputs.elevation, options.bbox, spacing, &crs)?;
             notes.extend(coarse_note(&inputs.imagery, &crs, spacing)?);
             spacing
         }
@@ -293,7 +293,7 @@ fn finest_spacing(elevation: &[Opened<f64>], bbox: Option<Bounds>, crs: &Crs) ->
 
 /// Refuses a spacing that nobody chose where it makes far more voxels than the files have pixels: a file among them has pixels that
 /// are much too small, most often because its georeferencing is wrong.
-fn worth_it(elevation: &[Opened<f64>], (bbox, spacing): (Option<Bounds>, f64), crs: &Crs) -> Result<()> {
+fn worth_it(elevation: &[Opened<f64>], bbox: Option<Bounds>, spacing: f64, crs: &Crs) -> Result<()> {
     /// Voxels that are made in a minute or so, whatever of.
     const FEW: f64 = 67_108_864.0;
     /// Voxels of a pixel: a metre in the place of 64.

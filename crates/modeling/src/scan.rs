@@ -21,11 +21,13 @@ use hedgehop_base::progress::Observer;
 const COARSE: u32 = 64;
 /// Samples read at once, unless one block of the file holds more.
 const CHUNK_SAMPLES: u64 = 1 << 18;
-/// Looks at the part of each source that the grid may need, at its curvatures too if these are to be measured.
+
+/// Looks at the part of each source that the grid may need, at its curvatures too if `measure`.
 pub(super) fn survey(
     sources: &[ElevationInput],
     plan: &Plan,
-    (cache, measure): (Option<(&BuildCache, &SourceKeys)>, bool),
+    cache: Option<(&BuildCache, &SourceKeys)>,
+    measure: bool,
     threads: usize,
     observer: &dyn Observer,
 ) -> Result<Vec<Survey>> {
@@ -157,8 +159,24 @@ struct ScanTally {
     layout: ChunkLayout,
     /// First cell row of `cells`.
     first_row: usize,
-    /// Sum and count per cell, whole rows of cells.
-    cells: Vec<(f64, u64)>,
+    /// Sums per cell, whole rows of cells.
+    cells: Vec<CellSum>,
+}
+
+/// Sum of the samples of a cell.
+#[derive(Debug, Clone, Copy, Default)]
+struct CellSum {
+    /// Sum of those that are known, metres.
+    sum: f64,
+    /// How many are known.
+    count: u64,
+}
+
+impl CellSum {
+    #[inline]
+    fn plus(self, other: Self) -> Self {
+        Self { sum: self.sum + other.sum, count: self.count + other.count }
+    }
 }
 
 #[derive(Clone, Copy)]
@@ -189,7 +207,7 @@ impl ScanTally {
             energies: Energies::default(),
             layout,
             first_row,
-            cells: vec![(0.0, 0); rows * layout.columns],
+            cells: vec![CellSum::default(); rows * layout.columns],
         }
     }
 
@@ -226,13 +244,13 @@ impl ScanTally {
 
     /// Samples of one cell. Sums of every fourth are apart: none waits for the one before it.
     fn meet_all(&mut self, heights: &[f64], cell: usize) {
-        let mut sums = [(0.0, 0_u64); 4];
+        let mut sums = [CellSum::default(); 4];
         let (mut low, mut high) = ([f64::INFINITY; 4], [f64::NEG_INFINITY; 4]);
         let mut meet = |(lane, &height): (usize, &f64)| {
             // A void is NaN, and no extreme of anything.
             let is_known = !height.is_nan();
-            sums[lane].0 += if is_known { height } else { 0.0 };
-            sums[lane].1 += u64::from(is_known);
+            sums[lane].sum += if is_known { height } else { 0.0 };
+            sums[lane].count += u64::from(is_known);
             low[lane] = low[lane].min(height);
             high[lane] = high[lane].max(height);
         };
@@ -242,7 +260,7 @@ impl ScanTally {
         low.into_iter().for_each(|low| self.range.0 = self.range.0.min(low));
         high.into_iter().for_each(|high| self.range.1 = self.range.1.max(high));
         let cell = &mut self.cells[cell];
-        *cell = sums.iter().fold(*cell, |cell, sum| (cell.0 + sum.0, cell.1 + sum.1));
+        *cell = sums.into_iter().fold(*cell, CellSum::plus);
     }
 
     fn meet(&mut self, height: f64) {
@@ -257,7 +275,7 @@ impl ScanTally {
         self.energies.add(&part.energies);
         let start = part.first_row * self.layout.columns;
         for (cell, more) in self.cells[start..].iter_mut().zip(&part.cells) {
-            *cell = (cell.0 + more.0, cell.1 + more.1);
+            *cell = cell.plus(*more);
         }
     }
 
@@ -274,14 +292,14 @@ impl ScanTally {
 }
 
 /// Means of cells; empty ones take those of the next coarser grid of cells, as often as needed.
-fn pull_push(columns: usize, rows: usize, cells: &[(f64, u64)]) -> Vec<f64> {
+fn pull_push(columns: usize, rows: usize, cells: &[CellSum]) -> Vec<f64> {
     let (half_columns, half_rows) = (columns.div_ceil(2), rows.div_ceil(2));
-    let coarser = if columns * rows > 1 && cells.iter().any(|cell| cell.1 == 0) {
-        let mut pulled = vec![(0.0, 0); half_columns * half_rows];
+    let coarser = if columns * rows > 1 && cells.iter().any(|cell| cell.count == 0) {
+        let mut pulled = vec![CellSum::default(); half_columns * half_rows];
         for (index, cell) in cells.iter().enumerate() {
             let (column, row) = (index % columns / 2, index / columns / 2);
-            let sum: &mut (f64, u64) = &mut pulled[row * half_columns + column];
-            *sum = (sum.0 + cell.0, sum.1 + cell.1);
+            let sum = &mut pulled[row * half_columns + column];
+            *sum = sum.plus(*cell);
         }
 
         Coarse {
@@ -297,9 +315,9 @@ fn pull_push(columns: usize, rows: usize, cells: &[(f64, u64)]) -> Vec<f64> {
     cells
         .iter()
         .enumerate()
-        .map(|(index, &(sum, count))| match count {
+        .map(|(index, cell)| match cell.count {
             0 => coarser.at((index % columns) as f64, (index / columns) as f64),
-            _ => sum / count as f64,
+            count => cell.sum / count as f64,
         })
         .collect()
 }
@@ -312,8 +330,11 @@ mod tests {
     fn empty_cells_take_the_shape_around() {
         // A plane of 8 × 8 cells, four of them known.
         let plane = |index: usize| 10.0 * (index % 8) as f64 + 3.0 * (index / 8) as f64;
-        let cells: Vec<(f64, u64)> = (0..64)
-            .map(|index| if [0, 7, 56, 63].contains(&index) { (plane(index) * 2.0, 2) } else { (0.0, 0) })
+        let cells: Vec<CellSum> = (0..64)
+            .map(|index| match index {
+                0 | 7 | 56 | 63 => CellSum { sum: plane(index) * 2.0, count: 2 },
+                _ => CellSum::default(),
+            })
             .collect();
         let means = pull_push(8, 8, &cells);
         for (index, mean) in means.iter().enumerate() {
@@ -324,8 +345,8 @@ mod tests {
 
     #[test]
     fn one_known_cell_is_enough() {
-        let mut cells = vec![(0.0, 0); 5 * 3];
-        cells[7] = (84.0, 2);
+        let mut cells = vec![CellSum::default(); 5 * 3];
+        cells[7] = CellSum { sum: 84.0, count: 2 };
         assert!(pull_push(5, 3, &cells).iter().all(|mean| *mean == 42.0));
     }
 

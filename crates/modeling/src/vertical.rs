@@ -4,6 +4,8 @@
 //! interpolated between: the model itself has nodes every quarter of a degree. What cannot be converted is an
 //! error (see [`VerticalDatum::conversion`]), never a shift of nothing.
 
+use glam::DVec2;
+
 use super::warp;
 use hedgehop::voxel::Grid;
 use hedgehop_base::error::Result;
@@ -58,14 +60,14 @@ impl Shift {
     }
 
     /// At a position in units from the area's south-west corner, metres.
-    pub fn at(&self, (x, y): (f64, f64)) -> f64 {
+    pub fn at(&self, place: DVec2) -> f64 {
         let Self::Lattice { count, step, nodes } = self else { return 0.0 };
-        let place = |units: f64, step: f64, count: u32| {
+        let node_at = |units: f64, step: f64, count: u32| {
             let place = units / step;
             let node = (place as u32).min(count - 2);
             (node as usize, place - f64::from(node))
         };
-        let ((i, u), (j, v)) = (place(x, step.0, count.0), place(y, step.1, count.1));
+        let ((i, u), (j, v)) = (node_at(place.x, step.0, count.0), node_at(place.y, step.1, count.1));
         let node = |i: usize, j: usize| nodes[j * count.0 as usize + i];
         let south = node(i, j) * (1.0 - u) + node(i + 1, j) * u;
         let north = node(i, j + 1) * (1.0 - u) + node(i + 1, j + 1) * u;

@@ -96,8 +96,8 @@ const DIRECTIONS: [(i32, i32); 16] = [
 /// `coarse` is the broad surface there. NaN if there is neither.
 pub(super) fn interpolate(surface: &Surface, x: u32, y: u32, coarse: Option<f64>) -> f64 {
     let (mut sum, mut weight) = (0.0, 0.0);
-    for step in DIRECTIONS {
-        let found = nearest(surface, x, y, step).or_else(|| Some((coarse?, f64::from(REACH))));
+    for (dx, dy) in DIRECTIONS {
+        let found = nearest(surface, x, y, dx, dy).or_else(|| Some((coarse?, f64::from(REACH))));
         if let Some((height, distance)) = found {
             sum += height / (distance * distance);
             weight += 1.0 / (distance * distance);
@@ -106,8 +106,8 @@ pub(super) fn interpolate(surface: &Surface, x: u32, y: u32, coarse: Option<f64>
     if weight > 0.0 { sum / weight } else { f64::NAN }
 }
 
-/// First valid height in a direction, and its distance in voxels.
-fn nearest(surface: &Surface, x: u32, y: u32, (dx, dy): (i32, i32)) -> Option<(f64, f64)> {
+/// First valid height in steps of (`dx`, `dy`) voxels, and its distance in voxels.
+fn nearest(surface: &Surface, x: u32, y: u32, dx: i32, dy: i32) -> Option<(f64, f64)> {
     let rect = surface.rect;
     let length = f64::from(dx).hypot(f64::from(dy));
     let steps = (f64::from(REACH) / length) as i32;

@@ -10,6 +10,8 @@
 //! This is how GDAL's warper and most others save transforms (its "approximating transformer" works on
 //! scan lines). Cells hang on the grid, so that a voxel's position does not depend on the page that asks.
 
+use glam::DVec2;
+
 use crate::raster::{GeoTransform, Window};
 use hedgehop::voxel::Grid;
 use hedgehop_geo::Transform;
@@ -34,9 +36,9 @@ impl LevelGrid {
         Self { grid: Grid { nx, ny, spacing: grid.side(level), origin: grid.origin }, level }
     }
     /// Centre of a voxel, units from the south-west corner.
-    pub fn units(&self, (x, y): (u32, u32)) -> (f64, f64) {
+    pub fn units(&self, x: u32, y: u32) -> DVec2 {
         let side = f64::from(Grid::side_units(self.level));
-        ((f64::from(x) + 0.5) * side, (f64::from(y) + 0.5) * side)
+        DVec2::new((f64::from(x) + 0.5) * side, (f64::from(y) + 0.5) * side)
     }
 }
 
@@ -223,7 +225,7 @@ pub(super) struct WarpField {
     /// Rows, likewise.
     pub rows: Vec<f64>,
     /// Pixels per voxel along the raster's columns and rows, per cell.
-    scales: Vec<(f64, f64)>,
+    scales: Vec<DVec2>,
 }
 
 impl WarpField {
@@ -231,8 +233,9 @@ impl WarpField {
     pub fn scale(&self, x: u32, y: u32) -> (f64, f64) {
         let cell = CELL as u32;
         let across = (self.rect.x1.div_ceil(cell) - self.rect.x0 / cell) as usize;
-        self.scales
-            [(y / cell - self.rect.y0 / cell) as usize * across + (x / cell - self.rect.x0 / cell) as usize]
+        let index =
+            (y / cell - self.rect.y0 / cell) as usize * across + (x / cell - self.rect.x0 / cell) as usize;
+        self.scales[index].into()
     }
 
     /// Whether any voxel's kernel, which is a pixel or a voxel wide to either side, reaches a raster of this size.
@@ -257,10 +260,10 @@ pub(super) fn locate(placement: &RasterPlacement, grid: &Grid, rect: Rect) -> Wa
     let mut locator = Locator { placement, grid, field };
     for cell_y in rect.y0 / cell..rect.y1.div_ceil(cell) {
         for cell_x in rect.x0 / cell..rect.x1.div_ceil(cell) {
-            let corner = (i64::from(cell_x) * CELL, i64::from(cell_y) * CELL);
-            let scale = locator.scale_at(corner);
+            let (west, south) = (i64::from(cell_x) * CELL, i64::from(cell_y) * CELL);
+            let scale = locator.scale_at(west, south);
             locator.field.scales.push(scale);
-            locator.place(corner, CELL, scale);
+            locator.place(west, south, CELL, scale);
         }
     }
     locator.field
@@ -276,42 +279,46 @@ type WarpPoint = (f64, f64);
 
 impl Locator<'_> {
     /// Exact position of the centre of a voxel, which may lie beyond the grid.
-    fn exact(&self, (i, j): (i64, i64)) -> Option<WarpPoint> {
+    fn exact(&self, i: i64, j: i64) -> Option<WarpPoint> {
         let (x, y) = world(self.grid, i as f64 + 0.5, j as f64 + 0.5);
         self.placement.pixel_from_world(x, y)
     }
 
-    /// Pixels per voxel around a cell's middle. Of several differences the least counts, so that a jump
+    /// Pixels per voxel (along columns, along rows) around the middle of a cell whose south-west voxel is (i, j). Of several differences the least counts, so that a jump
     /// (the ±180° meridian) within the cell does not pass for a scale.
-    fn scale_at(&self, (i, j): (i64, i64)) -> (f64, f64) {
+    fn scale_at(&self, i: i64, j: i64) -> DVec2 {
         let middle = CELL / 2;
         [(0, 0), (middle, middle), (CELL, CELL)]
             .into_iter()
             .filter_map(|(di, dj)| {
-                let here = self.exact((i + di, j + dj))?;
-                let east = self.exact((i + di + 1, j + dj))?;
-                let north = self.exact((i + di, j + dj + 1))?;
-                Some(((east.0 - here.0).hypot(north.0 - here.0), (east.1 - here.1).hypot(north.1 - here.1)))
+                let here = self.exact(i + di, j + dj)?;
+                let east = self.exact(i + di + 1, j + dj)?;
+                let north = self.exact(i + di, j + dj + 1)?;
+                Some(DVec2::new(
+                    (east.0 - here.0).hypot(north.0 - here.0),
+                    (east.1 - here.1).hypot(north.1 - here.1),
+                ))
             })
-            .reduce(|a, b| (a.0.min(b.0), a.1.min(b.1)))
-            .unwrap_or((1.0, 1.0))
+            .reduce(|a, b| DVec2::new(a.x.min(b.x), a.y.min(b.y)))
+            .unwrap_or(DVec2::ONE)
     }
 
-    fn place(&mut self, corner: (i64, i64), side: i64, scale: (f64, f64)) {
+    /// Places the voxels of a square whose south-west one is (west, south).
+    fn place(&mut self, west: i64, south: i64, side: i64, scale: DVec2) {
         let rect = self.field.rect;
-        let (x0, x1) = (corner.0.max(i64::from(rect.x0)), (corner.0 + side).min(i64::from(rect.x1)));
-        let (y0, y1) = (corner.1.max(i64::from(rect.y0)), (corner.1 + side).min(i64::from(rect.y1)));
+        let (x0, x1) = (west.max(i64::from(rect.x0)), (west + side).min(i64::from(rect.x1)));
+        let (y0, y1) = (south.max(i64::from(rect.y0)), (south + side).min(i64::from(rect.y1)));
         if x0 >= x1 || y0 >= y1 {
             return;
         }
         if side == 1 || self.placement.is_affine() {
-            self.fill(x0..x1, y0..y1, |locator, i, j| locator.exact((i, j)));
-        } else if let Some(patch) = self.patch(corner, side, scale) {
-            self.fill(x0..x1, y0..y1, |_, i, j| Some(patch.at((i - corner.0) as f64, (j - corner.1) as f64)));
+            self.fill(x0..x1, y0..y1, Self::exact);
+        } else if let Some(patch) = self.patch(west, south, side, scale) {
+            self.fill(x0..x1, y0..y1, |_, i, j| Some(patch.at((i - west) as f64, (j - south) as f64)));
         } else {
             let half = side / 2;
             for (di, dj) in [(0, 0), (half, 0), (0, half), (half, half)] {
-                self.place((corner.0 + di, corner.1 + dj), half, scale);
+                self.place(west + di, south + dj, half, scale);
             }
         }
     }
@@ -333,9 +340,9 @@ impl Locator<'_> {
         }
     }
 
-    /// The bilinear patch over a block, if it is good enough.
-    fn patch(&self, (i, j): (i64, i64), side: i64, scale: (f64, f64)) -> Option<WarpPatch> {
-        let corner = |di, dj| self.exact((i + di, j + dj));
+    /// The bilinear patch over a square of voxels whose south-west one is (i, j), if it is good enough.
+    fn patch(&self, i: i64, j: i64, side: i64, scale: DVec2) -> Option<WarpPatch> {
+        let corner = |di, dj| self.exact(i + di, j + dj);
         let patch = WarpPatch {
             corners: [corner(0, 0)?, corner(side, 0)?, corner(0, side)?, corner(side, side)?],
             side: side as f64,
@@ -343,8 +350,8 @@ impl Locator<'_> {
         let half = side / 2;
         for (di, dj) in [(half, half), (half, 0), (0, half), (half, side), (side, half)] {
             let (exact, near) = (corner(di, dj)?, patch.at(di as f64, dj as f64));
-            if (exact.0 - near.0).abs() > TOLERANCE * scale.0.max(1.0)
-                || (exact.1 - near.1).abs() > TOLERANCE * scale.1.max(1.0)
+            if (exact.0 - near.0).abs() > TOLERANCE * scale.x.max(1.0)
+                || (exact.1 - near.1).abs() > TOLERANCE * scale.y.max(1.0)
             {
                 return None;
             }
@@ -377,8 +384,6 @@ impl WarpPatch {
 
 #[cfg(test)]
 mod tests {
-    use glam::DVec2;
-
     use super::*;
     use hedgehop_geo::Crs;
 

@@ -77,7 +77,7 @@ impl SurveyedBuild {
 
         // Every height, once.
         let measure = options.synthetic.detail.is_some_and(|detail| detail.roughness == Roughness::Auto);
-        let surveys = scan::survey(&elevation, plan, (planned.traced(), measure), budget.threads, observer)?;
+        let surveys = scan::survey(&elevation, plan, planned.traced(), measure, budget.threads, observer)?;
         let rough = sources::roughness(&surveys, &record.metadata.sources, clouds.len());
         record.notes(rough.into_iter().filter(|_| measure));
         record.notes(surveys.iter().flat_map(|survey| survey.notes.iter().cloned()));
@@ -180,7 +180,7 @@ fn height_span(
     let sampled = elevation.iter().zip(surveys).filter_map(|(source, survey)| {
         let ((low, high), shift) = (survey.range?, source.shift.range());
         let room =
-            mosaic::room(source, (low, high), options.interpolation, options.synthetic.detail.as_ref());
+            mosaic::room(source, low, high, options.interpolation, options.synthetic.detail.as_ref());
         Some((low - room + shift.0, high + room + shift.1))
     });
     let natural = sampled.chain(filled).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));

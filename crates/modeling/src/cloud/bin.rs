@@ -93,7 +93,7 @@ impl Placing<'_> {
 
         let voxel = place.map(|place| place.floor() as i64);
         let within = [0, 1].map(|axis| ((place[axis] - place[axis].floor()) * PARTS) as u16);
-        let height = z * self.cloud.metres_per_unit + self.shift.at((place[0], place[1]));
+        let height = z * self.cloud.metres_per_unit + self.shift.at(place.into());
         let colour = self.cloud.look.srgb(point.colour);
 
         let mark = Mark {
