@@ -179,8 +179,7 @@ fn height_span(
 
     let sampled = elevation.iter().zip(surveys).filter_map(|(source, survey)| {
         let ((low, high), shift) = (survey.range?, source.shift.range());
-        let room =
-            mosaic::room(source, low, high, options.interpolation, options.synthetic.detail.as_ref());
+        let room = mosaic::room(source, low, high, options.interpolation, options.synthetic.detail.as_ref());
         Some((low - room + shift.0, high + room + shift.1))
     });
     let natural = sampled.chain(filled).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
