@@ -9,7 +9,6 @@
 use glam::DVec2;
 
 use crate::reference::metres;
-use crate::view::NumberedPose;
 use hedgehop::Result;
 use hedgehop::space::{Camera, Pose};
 use hedgehop::voxel::Header;
@@ -57,9 +56,9 @@ pub fn sentence(header: &Header) -> String {
 }
 
 /// Picks poses of a flight, evenly spread over it.
-pub fn some(poses: &[NumberedPose]) -> impl Iterator<Item = Pose> {
+pub fn some(poses: impl ExactSizeIterator<Item = Pose>) -> impl Iterator<Item = Pose> {
     let step = poses.len().div_ceil(MOST_POSES).max(1);
-    poses.iter().step_by(step).map(|numbered| numbered.pose)
+    poses.step_by(step)
 }
 
 /// Warns of a flight that is much too low for what an area shows.

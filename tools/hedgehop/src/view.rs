@@ -275,7 +275,9 @@ impl FlightArgs {
         self.world.note_seam(source.header(), observer);
         check_above_ground(self, source, fps, &poses, observer)?;
         if !setup.is_map() {
-            let cameras: Vec<Camera> = sharpness::some(&poses).map(|pose| setup.camera(pose)).collect();
+            let cameras: Vec<Camera> = sharpness::some(poses.iter().map(|numbered| numbered.pose))
+                .map(|pose| setup.camera(pose))
+                .collect();
             let ground = |place: DVec2| self.world.ground(source, place);
             sharpness::warning(source.header(), &cameras, ground)?
                 .iter()
