@@ -102,7 +102,7 @@ pub fn bake_shadows(baking: &Baking<'_>, observer: &dyn Observer) -> Result<Bake
     let shades = Shades::new(Shade::new(header, sun), KEPT);
     let oven = Oven { source, shades, daylight: Daylight::new(sun), finer: writer.readback() };
     let keys =
-        cache.as_ref().map(|cache| (cache, BakingKeys::new((source, directory), sun, &oven.shades, cache)));
+        cache.as_ref().map(|cache| (cache, BakingKeys::new(source, directory, sun, &oven.shades, cache)));
     let mut written = BakedPages::default();
     if let Err(error) = bake_pages(&oven, baking, keys.as_ref(), &mut writer, &mut written, observer) {
         return Err(build_cache::kept(cache.as_ref(), writer, written.pages, error));
@@ -110,7 +110,8 @@ pub fn bake_shadows(baking: &Baking<'_>, observer: &dyn Observer) -> Result<Bake
 
     source.intact()?;
     let metadata = Metadata { baked_sun: Some([sun.azimuth, sun.elevation]), ..header.metadata.clone() };
-    let (content_hash, bytes) = build_cache::publish(cache.as_ref(), writer, &metadata, header.height_range)?;
+    let sealed = writer.seal(&metadata, header.height_range)?;
+    let (content_hash, bytes) = build_cache::publish(cache.as_ref(), sealed)?;
 
     Ok(Baked { content_hash, bytes, pages: written.pages, reused: written.reused })
 }

@@ -12,6 +12,7 @@ use super::plausible::plausible;
 use crate::naming::{crs_label, file_name};
 use crate::opened::Opened;
 use crate::raster::{GeoTransform, RasterInfo};
+use hedgehop::Size;
 use hedgehop::voxel::limits;
 use hedgehop_base::error::{Error, Result};
 use hedgehop_geo::Crs;
@@ -21,7 +22,7 @@ use hedgehop_geo::Crs;
 pub(super) struct Canvas {
     name: String,
     geo: GeoTransform,
-    size: (u32, u32),
+    size: Size,
     crs: Crs,
 }
 
@@ -160,7 +161,7 @@ impl Canvas {
     /// A raster of the same extent.
     fn laid_over(&self, info: &RasterInfo) -> GeoTransform {
         let share = |of: u32, by: u32| f64::from(of) / f64::from(by);
-        let (across, down) = (share(self.size.0, info.width), share(self.size.1, info.height));
+        let (across, down) = (share(self.size.width, info.width), share(self.size.height, info.height));
         let geo = self.geo;
         [geo[0], geo[1] * across, geo[2] * down, geo[3], geo[4] * across, geo[5] * down]
     }

@@ -48,18 +48,18 @@ impl Built {
 
 /// Natural ground by tiles, as far as it was asked for.
 #[derive(Debug, Default)]
-pub(super) struct Tiles(HashMap<(u32, u32), Vec<f64>>);
+pub(super) struct Tiles(HashMap<[u32; 2], Vec<f64>>);
 
 impl Tiles {
-    /// A tile, made by `make` unless it is there.
-    pub(super) fn get(&mut self, key: (u32, u32), make: impl FnOnce() -> Result<Vec<f64>>) -> Result<&[f64]> {
-        if !self.0.contains_key(&key) {
+    /// The tile whose south-west voxel is `first`, made by `make` unless it is there.
+    pub(super) fn get(&mut self, first: [u32; 2], make: impl FnOnce() -> Result<Vec<f64>>) -> Result<&[f64]> {
+        if !self.0.contains_key(&first) {
             if self.0.len() >= TILES {
                 self.0.clear();
             }
-            self.0.insert(key, make()?);
+            self.0.insert(first, make()?);
         }
-        Ok(&self.0[&key])
+        Ok(&self.0[&first])
     }
 }
 

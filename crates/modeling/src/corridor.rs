@@ -206,7 +206,9 @@ struct PageSet {
 }
 
 impl PageSet {
-    fn none((columns, rows): (u32, u32)) -> Self {
+    /// None of the pages of a level.
+    fn none(grid: &Grid, level: u8) -> Self {
+        let (columns, rows) = grid.page_dims(level);
         let bits = (u64::from(columns) * u64::from(rows)).div_ceil(u64::from(u64::BITS));
         Self { columns, rows, bits: vec![0; bits as usize], count: 0 }
     }
@@ -303,7 +305,7 @@ impl Stored {
         }
 
         let mut partial: Vec<PageSet> =
-            (0..corridors.outside).map(|level| PageSet::none(grid.page_dims(level))).collect();
+            (0..corridors.outside).map(|level| PageSet::none(grid, level)).collect();
         for strip in &corridors.strips {
             let before: u64 = partial.iter().map(|pages| pages.count).sum();
             for (level, pages) in partial.iter_mut().enumerate().skip(usize::from(strip.level)) {

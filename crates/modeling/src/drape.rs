@@ -9,6 +9,7 @@ use super::feather::{FEATHER, Feather, Ramps, SheetShare, Sheets};
 use super::kernel::{Accumulate, Gather, KernelShape, Tap};
 use super::placed::ImageryInput;
 use super::warp::{self, LevelGrid, Rect, TOLERANCE, WarpField};
+use hedgehop::Size;
 use hedgehop_base::colour::linear_from_srgb8;
 use hedgehop_base::error::Result;
 
@@ -112,10 +113,10 @@ impl Drape<'_> {
     }
 }
 
-fn covered(field: &WarpField, voxel: usize, size: (u32, u32)) -> bool {
+fn covered(field: &WarpField, voxel: usize, size: Size) -> bool {
     let within =
         |position: f64, size: u32| position.min(f64::from(size) - 1.0 - position) >= -0.5 - TOLERANCE;
-    within(field.columns[voxel], size.0) && within(field.rows[voxel], size.1)
+    within(field.columns[voxel], size.width) && within(field.rows[voxel], size.height)
 }
 
 /// Sums of one source at a voxel.

@@ -11,13 +11,13 @@
 //! where it is stored in the whole.
 
 use std::ops::Range;
-use std::path::Path;
 use std::sync::Arc;
 
 use glam::DVec2;
 
 use super::counts::PageCounts;
 use super::disk_space;
+use super::options::OutputFile;
 use super::workers::in_order;
 use hedgehop::voxel::{
     APRON, Attributes, BARE, ContentHash, EncodedPage, Grid, Metadata, PAGE_SIDE, PageBuffer, PageId,
@@ -96,17 +96,17 @@ fn coarsest_sparse(grid: &Grid, pages: &[PageId]) -> Option<u8> {
 /// Writes a part of the database that `source` gives out as `output`; `pages` are all of its pages. Returns identity and bytes.
 ///
 /// # Errors
-/// [`Error::Configuration`]: `output` exists and `overwrite` is false; a page that is damaged; what the disk refuses; an interruption.
+/// [`Error::Configuration`]: `output` exists and may not be replaced; a page that is damaged; what the disk refuses; an interruption.
 pub fn extract(
     source: &dyn PageSource,
     pages: &[PageId],
     part: &ExtractPart,
-    (output, overwrite): (&Path, bool),
+    output: OutputFile<'_>,
     threads: usize,
     observer: &dyn Observer,
 ) -> Result<(ContentHash, u64)> {
     let header = source.header();
-    let mut writer = PageWriter::create(output, part.grid, header.heights, overwrite)?
+    let mut writer = PageWriter::create(output.path, part.grid, header.heights, output.overwrite)?
         .with_objects(Arc::clone(&header.objects));
     let knife = Knife { source, part, finer: writer.readback() };
     let ids = knife.ids(pages);
@@ -186,7 +186,7 @@ impl Knife<'_> {
         let whole = self.part.of_whole(id);
         let view = self.source.page(whole)?.ok_or_else(|| absent(whole))?;
         let mut page = view.to_buffer();
-        let places = self.places(id, (page.width, page.height));
+        let places = self.places(id, Size { width: page.width, height: page.height });
         page.heights = places.iter().map(|place| view.heights[*place]).collect();
         page.colours = places.iter().map(|place| view.colours[*place]).collect();
         page.spans = self.source.spans(whole)?.map_or_else(SpanTable::default, |spans| spans.to_table());
@@ -194,15 +194,15 @@ impl Knife<'_> {
     }
 
     /// Maps each sample of a page with its apron to one of the page: beyond the cut, to that at the edge of the part.
-    fn places(&self, id: PageId, (width, height): (u32, u32)) -> Vec<usize> {
+    fn places(&self, id: PageId, size: Size) -> Vec<usize> {
         let (nx, ny) = self.part.grid.dims(id.level);
         let clamped = |page: u32, size: u32, limit: u32| -> Vec<usize> {
             let first = page * PAGE_SIDE;
             let sample = |at: u32| (first + at).clamp(APRON, limit - 1 + APRON) - first;
             (0..size + 2 * APRON).map(|at| sample(at) as usize).collect()
         };
-        let (columns, rows) = (clamped(id.px, width, nx), clamped(id.py, height, ny));
-        let stride = (width + 2 * APRON) as usize;
+        let (columns, rows) = (clamped(id.px, size.width, nx), clamped(id.py, size.height, ny));
+        let stride = (size.width + 2 * APRON) as usize;
         rows.iter().flat_map(|row| columns.iter().map(move |column| row * stride + column)).collect()
     }
 }
@@ -317,7 +317,8 @@ mod tests {
             let part = ExtractPart::around(&grid, &pages, bounds).unwrap();
             assert_eq!((part.first, [part.grid.nx, part.grid.ny]), (first, size), "{bounds:?}");
             let path = folder.path().join("part.hop");
-            extract(&whole, &pages, &part, (&path, true), 2, &Silent).unwrap();
+            let output = OutputFile { path: &path, overwrite: true };
+            extract(&whole, &pages, &part, output, 2, &Silent).unwrap();
             let bytes = std::fs::read(&path).unwrap();
             let found = hedgehop::voxel::MemPages::from_bytes("part", &bytes).unwrap();
             let report = verify(&found, &Silent).unwrap();

@@ -13,10 +13,15 @@
 //! Two things are left. Ramps do not tell why a source ends, so that towards a corner where both end a transition narrows as the distance to it does.
 //! In a gap between tiles that is narrower than a pixel their kernels lack the gap's part, and a lower source shows by as much.
 
+use std::ops::Range;
+
+use glam::DVec2;
+
 use super::footprint::Bounds;
 use super::kernel::Samples;
 use super::warp::{RasterPlacement, Rect, TOLERANCE, WarpField, world};
 use crate::raster::Window;
+use hedgehop::Size;
 use hedgehop::voxel::Grid;
 use hedgehop_base::error::Result;
 
@@ -38,8 +43,8 @@ struct Tile {
     /// Index of the sheet's first tile.
     sheet: usize,
     /// Column and row of its first pixel, in pixels of the sheet's first tile.
-    at: (f64, f64),
-    size: (u32, u32),
+    at: DVec2,
+    size: Size,
 }
 
 impl Tile {
@@ -50,7 +55,7 @@ impl Tile {
 
     /// A quarter of its shorter side, pixels.
     fn quarter(&self) -> f64 {
-        0.25 * f64::from(self.size.0.min(self.size.1))
+        0.25 * f64::from(self.size.width.min(self.size.height))
     }
 
     /// Whether it may lie beside another tile of one sheet. What covers much of another is a picture of its own.
@@ -58,15 +63,15 @@ impl Tile {
         let shared = |a: f64, a_size: u32, b: f64, b_size: u32| {
             (a + f64::from(a_size)).min(b + f64::from(b_size)) - a.max(b)
         };
-        let across = shared(self.at.0, self.size.0, other.at.0, other.size.0);
-        let down = shared(self.at.1, self.size.1, other.at.1, other.size.1);
+        let across = shared(self.at.x, self.size.width, other.at.x, other.size.width);
+        let down = shared(self.at.y, self.size.height, other.at.y, other.size.height);
         across.min(down) <= self.quarter().min(other.quarter())
     }
 }
 
 impl Sheets {
     /// Groups sources by priority, each with its columns and rows, over an area.
-    pub fn of<'a>(sources: impl Iterator<Item = (&'a RasterPlacement, (u32, u32))>, area: &Grid) -> Self {
+    pub fn of<'a>(sources: impl Iterator<Item = (&'a RasterPlacement, Size)>, area: &Grid) -> Self {
         let mut tiles: Vec<Tile> = Vec::new();
         let mut first = None;
         for (index, (placement, size)) in sources.enumerate() {
@@ -77,7 +82,7 @@ impl Sheets {
             let tile = tile.filter(|tile| tiles[sheet..].iter().all(|other| tile.is_beside(other)));
             tiles.push(tile.unwrap_or_else(|| {
                 first = here;
-                Tile { sheet: index, at: (0.0, 0.0), size }
+                Tile { sheet: index, at: DVec2::ZERO, size }
             }));
         }
         Self { tiles }
@@ -108,22 +113,22 @@ impl Sheets {
 }
 
 /// Pixel positions of an area's corners and its middle; `None` if one has none.
-fn marks(placement: &RasterPlacement, area: &Grid) -> Option<[(f64, f64); 5]> {
+fn marks(placement: &RasterPlacement, area: &Grid) -> Option<[DVec2; 5]> {
     let (nx, ny) = (f64::from(area.nx), f64::from(area.ny));
     let places = [(0.0, 0.0), (nx, 0.0), (0.0, ny), (nx, ny), (0.5 * nx, 0.5 * ny)];
-    let mut marks = [(0.0, 0.0); 5];
+    let mut marks = [DVec2::ZERO; 5];
     for (mark, (i, j)) in marks.iter_mut().zip(places) {
         let (x, y) = world(area, i, j);
-        *mark = placement.pixel_from_world(x, y)?;
+        *mark = placement.pixel_from_world(x, y)?.into();
     }
     Some(marks)
 }
 
 /// Returns the offset from the pixels of one raster to those of another, if it is the same at all marks.
-fn offset(from: &[(f64, f64); 5], to: &[(f64, f64); 5]) -> Option<(f64, f64)> {
-    let mut offsets = from.iter().zip(to).map(|(from, to)| (from.0 - to.0, from.1 - to.1));
+fn offset(from: &[DVec2; 5], to: &[DVec2; 5]) -> Option<DVec2> {
+    let mut offsets = from.iter().zip(to).map(|(from, to)| *from - *to);
     let first = offsets.next()?;
-    let is_same = |(x, y): (f64, f64)| (x - first.0).abs() < TOLERANCE && (y - first.1).abs() < TOLERANCE;
+    let is_same = |at: DVec2| (at.x - first.x).abs() < TOLERANCE && (at.y - first.y).abs() < TOLERANCE;
     offsets.all(is_same).then_some(first)
 }
 
@@ -222,7 +227,7 @@ impl Feather<'_> {
             (block.x0..block.x1).filter_map(move |x| {
                 let voxel = field.rect.index(x, y);
                 let (column, row, scale) = (field.columns[voxel], field.rows[voxel], field.scale(x, y));
-                let is_near = is_near(column, size.0, scale.0) && is_near(row, size.1, scale.1);
+                let is_near = is_near(column, size.width, scale.0) && is_near(row, size.height, scale.1);
                 is_near.then_some((voxel, column, row))
             })
         })
@@ -271,8 +276,9 @@ impl Feather<'_> {
     /// Marks the pixels of a frame where a tile of the source's sheet has data.
     fn mark(&self, index: usize, frame: &FeatherFrame, distances: &mut [u8]) -> Result<()> {
         let (from, tile) = (&self.sheets.tiles[self.index], &self.sheets.tiles[index]);
-        let columns = pixels((frame.column, frame.width), tile.at.0 - from.at.0, tile.size.0);
-        let rows = pixels((frame.row, frame.height), tile.at.1 - from.at.1, tile.size.1);
+        let offset = tile.at - from.at;
+        let columns = pixels(frame.columns(), offset.x, tile.size.width);
+        let rows = pixels(frame.rows(), offset.y, tile.size.height);
         let (Some((x, width)), Some((y, height))) = (bounds(&columns), bounds(&rows)) else { return Ok(()) };
         let mut heights = Vec::new();
         if let Some(samples) = (self.samples)(index) {
@@ -284,11 +290,11 @@ impl Feather<'_> {
             heights.get(at).is_some_and(|height| height.is_nan())
         };
 
-        for (line, row) in rows {
-            let distances = &mut distances[line * frame.width..][..frame.width];
-            for (at, column) in &columns {
-                if !is_void(*column, row) {
-                    distances[*at] = FAR;
+        for row in rows {
+            let distances = &mut distances[row.place * frame.width..][..frame.width];
+            for column in &columns {
+                if !is_void(column.pixel, row.pixel) {
+                    distances[column.place] = FAR;
                 }
             }
         }
@@ -297,21 +303,29 @@ impl Feather<'_> {
     }
 }
 
-/// Places along one axis of a frame, from its first pixel on, and the nearest pixels of a raster that begins at `offset`; a gap
-/// that is narrower than a pixel is none.
-fn pixels((first, count): (i64, usize), offset: f64, size: u32) -> Vec<(usize, u32)> {
+/// Pixel of a raster at a place of a frame, along one axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct FramePixel {
+    /// Number of the place, from the first pixel of the frame on.
+    place: usize,
+    /// Column or row in the raster.
+    pixel: u32,
+}
+
+/// The pixels nearest to places along one axis of a frame, of a raster that begins at `offset`; a gap that is narrower than a pixel is none.
+fn pixels(frame: Range<i64>, offset: f64, size: u32) -> Vec<FramePixel> {
     let last = f64::from(size) - 1.0;
-    let pixel = |place: usize| {
-        let position = (first + place as i64) as f64 - offset;
+    let pixel = |(place, at): (usize, i64)| {
+        let position = at as f64 - offset;
         let is_near = position > -1.0 + TOLERANCE && position < last + 1.0 - TOLERANCE;
-        is_near.then(|| (place, position.round().clamp(0.0, last) as u32))
+        is_near.then(|| FramePixel { place, pixel: position.round().clamp(0.0, last) as u32 })
     };
-    (0..count).filter_map(pixel).collect()
+    frame.enumerate().filter_map(pixel).collect()
 }
 
 /// First of some pixels in their order, and how many there are up to the last.
-fn bounds(pixels: &[(usize, u32)]) -> Option<(u32, u32)> {
-    let (first, last) = (pixels.first()?.1, pixels.last()?.1);
+fn bounds(pixels: &[FramePixel]) -> Option<(u32, u32)> {
+    let (first, last) = (pixels.first()?.pixel, pixels.last()?.pixel);
     Some((first, last - first + 1))
 }
 
@@ -324,6 +338,16 @@ struct FeatherFrame {
 }
 
 impl FeatherFrame {
+    /// Returns the columns.
+    fn columns(&self) -> Range<i64> {
+        self.column..self.column + self.width as i64
+    }
+
+    /// Returns the rows.
+    fn rows(&self) -> Range<i64> {
+        self.row..self.row + self.height as i64
+    }
+
     /// Distance at a position, bilinear between pixels.
     fn between(&self, distances: &[u8], column: f64, row: f64) -> f64 {
         let (west, north) = (column.floor(), row.floor());
@@ -367,8 +391,6 @@ fn spread(distances: &mut [u8], width: usize) {
 
 #[cfg(test)]
 mod tests {
-    use glam::DVec2;
-
     use super::*;
     use crate::warp::locate;
     use hedgehop_geo::{Crs, Transform};
@@ -392,9 +414,19 @@ mod tests {
         }
     }
 
-    fn sources(tiles: &[(f64, f64, f64, (u32, u32))]) -> Vec<(RasterPlacement, (u32, u32))> {
+    /// A raster without turn.
+    struct TestTile {
+        /// West and north edge, metres.
+        corner: [f64; 2],
+        /// Side of its pixels, metres.
+        side: f64,
+        /// Columns and rows.
+        size: Size,
+    }
+
+    fn sources(tiles: &[TestTile]) -> Vec<(RasterPlacement, Size)> {
         let local = || Transform::new(&Crs::local(), &Crs::local()).unwrap();
-        let place = |&(x, y, side, size): &(f64, f64, f64, (u32, u32))| {
+        let place = |&TestTile { corner: [x, y], side, size }: &TestTile| {
             (RasterPlacement::new(local(), &[x, side, 0.0, y, 0.0, -side], size).unwrap(), size)
         };
         tiles.iter().map(place).collect()
@@ -402,19 +434,20 @@ mod tests {
 
     const AREA: Grid = Grid { nx: 130, ny: 90, spacing: 7.3, origin: DVec2::new(-20.0, 3.0) };
 
-    fn sheets(sources: &[(RasterPlacement, (u32, u32))]) -> Sheets {
+    fn sheets(sources: &[(RasterPlacement, Size)]) -> Sheets {
         Sheets::of(sources.iter().map(|(placement, size)| (placement, *size)), &AREA)
     }
 
     #[test]
     fn tiles_lie_beside_each_other_on_like_lattices() {
-        let tile = |x: f64| (x, 500.0, 5.0, (60, 60));
-        let base = (0.0, 500.0, 5.0, (200, 60));
-        let tiles = [tile(0.0), tile(300.0), tile(595.0), tile(800.0), base, (900.0, 500.0, 4.0, (60, 60))];
+        let tile = |x: f64| TestTile { corner: [x, 500.0], side: 5.0, size: Size { width: 60, height: 60 } };
+        let base = TestTile { size: Size { width: 200, height: 60 }, ..tile(0.0) };
+        let finer = TestTile { side: 4.0, ..tile(900.0) };
+        let tiles = [tile(0.0), tile(300.0), tile(595.0), tile(800.0), base, finer];
         let sheets = sheets(&sources(&tiles));
         let first: Vec<usize> = sheets.tiles.iter().map(|tile| tile.sheet).collect();
         assert_eq!(first, [0, 0, 0, 3, 4, 5]);
-        let (column, row) = sheets.tiles[2].at;
+        let (column, row) = sheets.tiles[2].at.into();
         assert!((column - 119.0).abs() < 1e-6 && row.abs() < 1e-6, "{column} {row}");
         assert_eq!(sheets.reach(4, [1.0; 4], 5.0), [1.0; 4]);
         assert_eq!(sheets.reach(1, [0.0; 4], 5.0), [-160.0, -160.0, 160.0, 160.0]);
@@ -424,8 +457,8 @@ mod tests {
     struct Holed;
 
     impl Samples<f64> for Holed {
-        fn size(&self) -> (u32, u32) {
-            (70, 70)
+        fn size(&self) -> Size {
+            Size { width: 70, height: 70 }
         }
         fn read(&self, window: Window, samples: &mut Vec<f64>) -> Result<()> {
             samples.clear();
@@ -440,7 +473,9 @@ mod tests {
 
     #[test]
     fn ramps_depend_on_neither_blocks_nor_windows() {
-        let sources = sources(&[(50.0, 600.0, 7.0, (70, 70)), (540.0, 597.0, 7.0, (70, 70))]);
+        let size = Size { width: 70, height: 70 };
+        let corners = [[50.0, 600.0], [540.0, 597.0]];
+        let sources = sources(&corners.map(|corner| TestTile { corner, side: 7.0, size }));
         let sheets = sheets(&sources);
         let ramps = |rect: Rect, window_bytes: usize| {
             let field = locate(&sources[0].0, &AREA, rect);
@@ -467,7 +502,9 @@ mod tests {
 
     #[test]
     fn gaps_narrower_than_a_pixel_are_none() {
-        let pixels = |offset: f64| pixels((17, 6), offset, 10);
+        let pixels = |offset: f64| -> Vec<(usize, u32)> {
+            pixels(17..23, offset, 10).iter().map(|found| (found.place, found.pixel)).collect()
+        };
         assert_eq!(pixels(20.0), [(3, 0), (4, 1), (5, 2)]);
         assert_eq!(pixels(20.6), [(3, 0), (4, 0), (5, 1)]);
         assert_eq!(pixels(21.0), [(4, 0), (5, 1)]);

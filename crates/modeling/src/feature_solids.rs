@@ -18,9 +18,10 @@ use std::sync::OnceLock;
 use glam::DVec2;
 
 use super::build_cache::{BuildCache, Extent, Key, Keyer};
-use super::features::{self, Bound, Feature, Graded, Ground, Layer, LayerOptions, Rank, Square};
+use super::features::{self, Bound, Feature, Graded, Ground, Rank, Square};
 use super::groves::Groves;
-use super::natural::NaturalGround;
+use super::inputs::FeatureInput;
+use super::natural::{NaturalBlock, NaturalGround};
 use super::placing::Collection;
 use super::plan::Plan;
 use super::warp::{LevelGrid, Rect};
@@ -53,11 +54,11 @@ pub(super) struct FeatureSolids {
 }
 
 /// Features of layers that may reach the area, and notes on what is left out.
-pub(super) fn place(layers: &[(Layer, LayerOptions)], plan: &Plan) -> Result<(Vec<Feature>, Vec<String>)> {
+pub(super) fn place(layers: &[FeatureInput], plan: &Plan) -> Result<(Vec<Feature>, Vec<String>)> {
     let (low, high) = (plan.grid.origin, plan.grid.far_corner());
     let mut notes = Vec::new();
     let mut placed = Vec::new();
-    for (layer, options) in layers {
+    for FeatureInput { layer, options } in layers {
         let (features, told) = features::place(layer, options, &plan.crs, [low.x, low.y, high.x, high.y])?;
         placed.extend(features);
         notes.extend(layer.notes.iter().cloned().chain(told));
@@ -207,15 +208,16 @@ impl FeatureSolids {
         (!self.within(square(wide, &level.grid).bounds()).is_empty()).then_some(margin)
     }
 
-    /// Raises the features of a block, `natural` being the heights of the voxels of `wide` about it (metres, NaN where there is none); `maker`
-    /// makes the ground of those that were not bound yet.
+    /// Raises the features of a block, `natural` being its ground and that of the voxels about it; `maker` makes the ground of those that were
+    /// not bound yet.
     pub fn build(
         &self,
         rect: Rect,
-        (wide, natural): (Rect, &[f64]),
+        natural: NaturalBlock<'_>,
         level: &LevelGrid,
         maker: &mut dyn NaturalGround,
     ) -> Result<Built> {
+        let NaturalBlock { rect: wide, heights: natural } = natural;
         let around = square(wide, &level.grid);
         let mut bound: Vec<&Bound> = Vec::new();
         for index in self.within(around.bounds()) {
@@ -312,7 +314,7 @@ impl Natural<'_> {
         let rect = Rect { x0, y0, x1: (x0 + TILE).min(self.grid.nx), y1: (y0 + TILE).min(self.grid.ny) };
         let (maker, failed) = &mut *self.state.borrow_mut();
         let mut tiles = std::mem::take(maker.tiles());
-        let height = tiles.get((x0, y0), || maker.natural(rect)).map(|heights| heights[rect.index(x, y)]);
+        let height = tiles.get([x0, y0], || maker.natural(rect)).map(|heights| heights[rect.index(x, y)]);
         *maker.tiles() = tiles;
         height.unwrap_or_else(|error| {
             failed.get_or_insert(error);

@@ -6,13 +6,14 @@ use super::warp;
 use crate::naming::file_name;
 use crate::opened::Opened;
 use crate::raster::GeoTransform;
+use hedgehop::Size;
 use hedgehop::voxel::SourceRecord;
 use hedgehop_base::error::Result;
 use hedgehop_geo::{Crs, Transform};
 
 /// West, south, east, north of a raster's corners.
-pub(super) fn corner_bounds(geo: &GeoTransform, (width, height): (u32, u32)) -> [f64; 4] {
-    let (w, h) = (f64::from(width), f64::from(height));
+pub(super) fn corner_bounds(geo: &GeoTransform, size: Size) -> [f64; 4] {
+    let (w, h) = (f64::from(size.width), f64::from(size.height));
     [(0.0, 0.0), (w, 0.0), (0.0, h), (w, h)]
         .map(|(column, row)| warp::apply(geo, column, row))
         .into_iter()
@@ -37,7 +38,7 @@ impl<T> Opened<T> {
     /// Ways from the raster's centre one column and one row on, metres of `crs`.
     fn pixel_axes(&self, crs: &Crs) -> Result<Option<(DVec2, DVec2)>> {
         let world = Transform::new(&self.crs, crs)?;
-        let (width, height) = self.samples.size();
+        let Size { width, height } = self.samples.size();
         let (column, row) = (0.5 * f64::from(width), 0.5 * f64::from(height));
         let at = |column: f64, row: f64| {
             let (x, y) = warp::apply(&self.geo, column, row);
@@ -52,7 +53,7 @@ impl<T> Opened<T> {
         const LATTICE: u32 = 64;
 
         let world = Transform::new(&self.crs, crs)?;
-        let (width, height) = self.samples.size();
+        let Size { width, height } = self.samples.size();
         let part = |step: u32, size: u32| f64::from(size) * f64::from(step) / f64::from(LATTICE);
         let (mut bounds, mut whole): (Option<Bounds>, bool) = (None, true);
 
@@ -81,7 +82,7 @@ impl<T> Opened<T> {
         const LATTICE: u32 = 64;
 
         let world = Transform::new(&self.crs, &Crs::wgs84())?;
-        let (width, height) = self.samples.size();
+        let Size { width, height } = self.samples.size();
         let part = |step: u32, size: u32| f64::from(size) * f64::from(step) / f64::from(LATTICE);
         let mut bounds: Option<Bounds> = None;
 

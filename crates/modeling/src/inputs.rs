@@ -23,12 +23,21 @@ use super::raster::{ElevationRaster, ImageryRaster, open};
 use super::source_heights::Stated;
 use super::warp;
 use crate::raster::{GeoTransform, OpenOptions, Raster, RasterInfo, Window};
+use hedgehop::Size;
 use hedgehop_base::error::{Error, Result};
 use hedgehop_base::progress::Observer;
 use hedgehop_geo::{Crs, VerticalCrs, VerticalDatum};
 
 /// Bytes of decoded blocks for a file that is only looked at.
 pub(super) const CACHE_TO_LOOK: u64 = 64 << 20;
+
+/// Features of a file, and how they are to be taken.
+pub(super) struct FeatureInput {
+    /// Features as the file has them.
+    pub layer: Layer,
+    /// What they mean, with the materials of the place.
+    pub options: LayerOptions,
+}
 
 /// All rasters, highest priority first, and what was assumed about them.
 #[derive(Default)]
@@ -38,7 +47,7 @@ pub(super) struct Inputs {
     pub elevation: Vec<Opened<f64>>,
     pub imagery: Vec<Opened<[u8; 4]>>,
     pub land_cover: Vec<Opened<SampleClass>>,
-    pub features: Vec<(Layer, LayerOptions)>,
+    pub features: Vec<FeatureInput>,
     pub objects: Vec<OpenObject>,
     pub scatters: Vec<OpenScatter>,
     pub notes: Vec<String>,
@@ -53,8 +62,8 @@ impl Inputs {
 }
 
 impl Samples<f64> for ElevationRaster {
-    fn size(&self) -> (u32, u32) {
-        (self.info().width, self.info().height)
+    fn size(&self) -> Size {
+        self.info().size()
     }
     fn read(&self, window: Window, samples: &mut Vec<f64>) -> Result<()> {
         ElevationRaster::read(self, window, samples)
@@ -65,8 +74,8 @@ impl Samples<f64> for ElevationRaster {
 }
 
 impl Samples<[u8; 4]> for ImageryRaster {
-    fn size(&self) -> (u32, u32) {
-        (self.info().width, self.info().height)
+    fn size(&self) -> Size {
+        self.info().size()
     }
     fn read(&self, window: Window, samples: &mut Vec<[u8; 4]>) -> Result<()> {
         ImageryRaster::read(self, window, samples)
@@ -134,9 +143,12 @@ pub(super) fn open_rasters(
 }
 
 /// Reads a file of features.
-pub(super) fn layer(file: &FeatureFile, options: &BuildOptions) -> Result<(Layer, LayerOptions)> {
+pub(super) fn layer(file: &FeatureFile, options: &BuildOptions) -> Result<FeatureInput> {
     let materials = options.materials.clone();
-    Ok((features::read(&file.path, &file.options)?, LayerOptions { materials, ..file.options.clone() }))
+    Ok(FeatureInput {
+        layer: features::read(&file.path, &file.options)?,
+        options: LayerOptions { materials, ..file.options.clone() },
+    })
 }
 
 /// Describes what a raster says of itself and what the user says of it, but for where it lies.
@@ -284,7 +296,7 @@ impl<'a> Opener<'a> {
         if crs.is_local() {
             local_in_metres(info, &geo)?;
         }
-        self.doubt(path, &crs, corner_bounds(&geo, (info.width, info.height)));
+        self.doubt(path, &crs, corner_bounds(&geo, info.size()));
         plausible(info, &geo, &crs, flag)?;
 
         Ok((geo, crs, vertical))

@@ -21,12 +21,13 @@
 
 use super::warp::{Rect, WarpField};
 use crate::raster::Window;
+use hedgehop::Size;
 use hedgehop_base::error::Result;
 
 /// A raster of samples that is read window by window.
 pub(super) trait Samples<T>: Send + Sync {
     /// Columns and rows.
-    fn size(&self) -> (u32, u32);
+    fn size(&self) -> Size;
     /// Rows from the north, `[window.height][window.width]`, replacing what `samples` held.
     fn read(&self, window: Window, samples: &mut Vec<T>) -> Result<()>;
     /// Returns notes on what was assumed or repaired in what has been read so far, one sentence each.
@@ -77,7 +78,7 @@ pub(super) struct Gather<'a, T> {
 impl<T: Copy> Gather<'_, T> {
     /// Sums over the whole field.
     pub fn run(&mut self, sums: &mut impl Accumulate<T>) -> Result<()> {
-        let mut weights = (Axis::default(), Axis::default());
+        let mut weights = TapWeights::default();
         let mut blocks = vec![self.field.rect];
         while let Some(block) = blocks.pop() {
             let Some(window) = self.bounds(block) else { continue };
@@ -110,7 +111,7 @@ impl<T: Copy> Gather<'_, T> {
 
     /// Box that holds all taps of a block, clipped to the raster.
     fn bounds(&self, block: Rect) -> Option<Window> {
-        let (width, height) = self.samples.size();
+        let size = self.samples.size();
         let nothing = (f64::INFINITY, f64::NEG_INFINITY);
         let widened = |range: (f64, f64), value: f64| (range.0.min(value), range.1.max(value));
         let (mut columns, mut rows, mut reach) = (nothing, nothing, (0.0_f64, 0.0_f64));
@@ -118,8 +119,8 @@ impl<T: Copy> Gather<'_, T> {
             (columns, rows) = (widened(columns, column), widened(rows, row));
             reach = (reach.0.max(self.shape.reach(scale.0)), reach.1.max(self.shape.reach(scale.1)));
         }
-        let across = tap_range(columns, reach.0, width)?;
-        let down = tap_range(rows, reach.1, height)?;
+        let across = tap_range(columns.0, columns.1, reach.0, size.width)?;
+        let down = tap_range(rows.0, rows.1, reach.1, size.height)?;
         Some(Window {
             x: across.0 as u32,
             y: down.0 as u32,
@@ -132,22 +133,24 @@ impl<T: Copy> Gather<'_, T> {
         &mut self,
         block: Rect,
         window: Window,
-        weights: &mut (Axis, Axis),
+        weights: &mut TapWeights,
         sums: &mut impl Accumulate<T>,
     ) -> Result<()> {
         let mut samples = std::mem::take(self.window);
         self.samples.read(window, &mut samples)?;
         let (stride, size) = (window.width as usize, self.samples.size());
+        let columns = AxisPixels { start: window.x, count: window.width, size: size.width };
+        let rows = AxisPixels { start: window.y, count: window.height, size: size.height };
         for (voxel, column, row, scale) in self.voxels(block) {
-            if !weights.0.weigh(column, scale.0, self.shape, (window.x, window.width), size.0)
-                || !weights.1.weigh(row, scale.1, self.shape, (window.y, window.height), size.1)
+            if !weights.across.weigh(column, scale.0, self.shape, columns)
+                || !weights.down.weigh(row, scale.1, self.shape, rows)
             {
                 continue;
             }
 
-            for (line, down) in weights.1.taps() {
+            for (line, down) in weights.down.taps() {
                 let line = &samples[line * stride..][..stride];
-                for (at, across) in weights.0.taps() {
+                for (at, across) in weights.across.taps() {
                     let tap = Tap { tent: across.tent * down.tent, sharp: across.sharp * down.sharp };
                     sums.tap(voxel, tap, line[at]);
                 }
@@ -184,10 +187,30 @@ impl KernelShape {
 }
 
 /// First and last pixel strictly within `reach` of positions from `low` to `high`, clipped to `0..size`.
-fn tap_range((low, high): (f64, f64), reach: f64, size: u32) -> Option<(i64, i64)> {
+fn tap_range(low: f64, high: f64, reach: f64, size: u32) -> Option<(i64, i64)> {
     let first = ((low - reach).floor() + 1.0).max(0.0);
     let last = ((high + reach).ceil() - 1.0).min(f64::from(size) - 1.0);
     (first <= last).then_some((first as i64, last as i64))
+}
+
+/// Weights along both axes.
+#[derive(Default)]
+struct TapWeights {
+    /// Weights along rows.
+    across: Axis,
+    /// Weights along columns.
+    down: Axis,
+}
+
+/// Pixels of a window along one axis.
+#[derive(Clone, Copy)]
+struct AxisPixels {
+    /// First pixel.
+    start: u32,
+    /// Number of pixels.
+    count: u32,
+    /// Pixels of the whole raster.
+    size: u32,
 }
 
 /// Weights along one axis.
@@ -198,15 +221,9 @@ struct Axis {
 }
 
 impl Axis {
-    /// Weighs pixels `start..start + count` around `position`; false if none of them counts.
-    fn weigh(
-        &mut self,
-        position: f64,
-        scale: f64,
-        shape: KernelShape,
-        (start, count): (u32, u32),
-        size: u32,
-    ) -> bool {
+    /// Weighs pixels around `position`; false if none of them counts.
+    fn weigh(&mut self, position: f64, scale: f64, shape: KernelShape, pixels: AxisPixels) -> bool {
+        let AxisPixels { start, count, size } = pixels;
         self.taps.clear();
         let (reach, radius) = (shape.reach(scale), scale.max(1.0));
         if reach <= 1.0 {
@@ -214,7 +231,7 @@ impl Axis {
         }
 
         let relative = position - f64::from(start);
-        let Some((first, last)) = tap_range((relative, relative), reach, count) else { return false };
+        let Some((first, last)) = tap_range(relative, relative, reach, count) else { return false };
         self.first = first as usize;
         let norm = if radius > 1.0 { tent_sum(position, radius) } else { 1.0 };
 
@@ -320,8 +337,8 @@ mod tests {
     struct Ones(u32, u32);
 
     impl Samples<u8> for Ones {
-        fn size(&self) -> (u32, u32) {
-            (self.0, self.1)
+        fn size(&self) -> Size {
+            Size { width: self.0, height: self.1 }
         }
         fn read(&self, window: Window, samples: &mut Vec<u8>) -> Result<()> {
             assert!(window.x + window.width <= self.0 && window.y + window.height <= self.1);
@@ -342,12 +359,12 @@ mod tests {
 
     fn totals(pixel: f64, shape: KernelShape, window_bytes: usize) -> Totals {
         let local = Transform::new(&Crs::local(), &Crs::local()).unwrap();
-        let size = ((400.0 / pixel) as u32, (300.0 / pixel) as u32);
+        let size = Size { width: (400.0 / pixel) as u32, height: (300.0 / pixel) as u32 };
         let placement = RasterPlacement::new(local, &[0.0, pixel, 0.0, 300.0, 0.0, -pixel], size).unwrap();
         let grid = Grid { nx: 40, ny: 30, spacing: 9.7, origin: DVec2::new(3.0, 2.0) };
         let field = locate(&placement, &grid, Rect { x0: 0, y0: 0, x1: 40, y1: 30 });
         let mut totals = Totals(vec![(0.0, 0.0); field.rect.len()]);
-        let samples = Ones(size.0, size.1);
+        let samples = Ones(size.width, size.height);
         Gather { samples: &samples, field: &field, shape, window_bytes, window: &mut Vec::new() }
             .run(&mut totals)
             .unwrap();

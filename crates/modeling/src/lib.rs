@@ -64,8 +64,8 @@ pub use extract::{ExtractPart, extract};
 pub use faults::faults;
 pub use land_cover::{LandCoverFile, Scheme};
 pub use materials::{Finish, Materials};
-pub use merge::{Join, Merged, Merger};
+pub use merge::{Join, MergeInput, Merged, Merger};
 pub use opened::Input;
 pub use options::{
-    BuildOptions, CloudFile, ElevationFile, FeatureFile, ImageryFile, Interpolation, NodataFill,
+    BuildOptions, CloudFile, ElevationFile, FeatureFile, ImageryFile, Interpolation, NodataFill, OutputFile,
 };

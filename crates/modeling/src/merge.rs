@@ -11,12 +11,12 @@
 //! Pages need not lie on each other: voxels are copied one by one.
 
 use std::collections::HashSet;
-use std::path::Path;
 
 use glam::DVec2;
 
 use super::counts::PageCounts;
 use super::disk_space;
+use super::options::OutputFile;
 use super::workers::in_order;
 use hedgehop::voxel::{
     APRON, Attributes, BLOCK_SIDE, BlockSpans, EncodedPage, Grid, HeightCode, Metadata, PAGE_SIDE,
@@ -41,6 +41,15 @@ pub struct Merger<'s> {
     metadata: Metadata,
     /// Width over which databases are blended, metres.
     feather: f64,
+}
+
+/// A database that is to be merged.
+#[derive(Clone, Copy)]
+pub struct MergeInput<'s> {
+    /// The database.
+    pub source: &'s dyn PageSource,
+    /// Name that messages give it.
+    pub name: &'s str,
 }
 
 /// One of the databases.
@@ -115,14 +124,14 @@ const NOTHING: MergedVoxel = MergedVoxel {
 };
 
 impl<'s> Merger<'s> {
-    /// Databases with their names, the first in front; blended over `feather` metres ≥ 0.
+    /// Lays databases over each other, the first in front; blended over `feather` metres ≥ 0.
     ///
     /// # Errors
     /// [`Error::Configuration`]: they do not lie on one grid, differ in what coordinates, heights or colours mean, are not stored at level 1 throughout, or lie too far
     /// apart.
-    pub fn new(databases: &[(&'s dyn PageSource, &str)], feather: f64) -> Result<Self> {
+    pub fn new(databases: &[MergeInput<'s>], feather: f64) -> Result<Self> {
         let wrong = |what: String| Err(Error::Configuration(what));
-        let [(first, first_name), ..] = databases else {
+        let [MergeInput { source: first, name: first_name }, ..] = databases else {
             return wrong("give at least two databases".into());
         };
 
@@ -131,7 +140,7 @@ impl<'s> Merger<'s> {
         (metadata.sources, metadata.notes) = (Vec::new(), Vec::new());
         let (mut layers, mut voxels) = (Vec::new(), 0);
 
-        for (source, name) in databases {
+        for MergeInput { source, name } in databases {
             let own = source.header();
             if (own.grid.spacing / one.grid.spacing - 1.0).abs() > SAME_SPACING {
                 return wrong(format!(
@@ -216,14 +225,9 @@ impl<'s> Merger<'s> {
     /// Writes the whole as `output`.
     ///
     /// # Errors
-    /// [`Error::Configuration`]: `output` exists and `overwrite` is false; a page that is damaged; what the disk refuses; an interruption.
-    pub fn write(
-        &self,
-        (output, overwrite): (&Path, bool),
-        threads: usize,
-        observer: &dyn Observer,
-    ) -> Result<Merged> {
-        let mut writer = PageWriter::create(output, self.grid, self.heights, overwrite)?;
+    /// [`Error::Configuration`]: `output` exists and may not be replaced; a page that is damaged; what the disk refuses; an interruption.
+    pub fn write(&self, output: OutputFile<'_>, threads: usize, observer: &dyn Observer) -> Result<Merged> {
+        let mut writer = PageWriter::create(output.path, self.grid, self.heights, output.overwrite)?;
         let pages = |level: u8| {
             let (columns, rows) = self.grid.page_dims(level);
             u64::from(columns) * u64::from(rows)
@@ -478,8 +482,8 @@ fn difference(own: &Metadata, other: &Metadata) -> Option<&'static str> {
 }
 
 /// The code that all have, or the finest that holds all heights.
-fn common_code(databases: &[(&dyn PageSource, &str)]) -> HeightCode {
-    let headers = || databases.iter().map(|(source, _)| source.header());
+fn common_code(databases: &[MergeInput<'_>]) -> HeightCode {
+    let headers = || databases.iter().map(|database| database.source.header());
     let codes: Vec<HeightCode> = headers().map(|header| header.heights).collect();
     if codes.windows(2).all(|pair| pair[0] == pair[1]) {
         return codes.first().copied().unwrap_or(HeightCode::spanning(0.0, 0.0));

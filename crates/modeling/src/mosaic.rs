@@ -23,6 +23,7 @@ use super::synthetic::{Detail, Refinement};
 use super::warp::{self, LevelGrid, Rect, TOLERANCE, WarpField};
 use crate::raster::Window;
 use crate::surveyed::Survey;
+use hedgehop::Size;
 use hedgehop_base::error::Result;
 
 /// Marks a voxel outside of all rasters.
@@ -258,7 +259,7 @@ pub(super) fn room(
 }
 
 impl MosaicLayer {
-    fn new(source: u16, field: &WarpField, size: (u32, u32), is_rounded: bool) -> Self {
+    fn new(source: u16, field: &WarpField, size: Size, is_rounded: bool) -> Self {
         let none = vec![0.0; field.rect.len()];
         let places = field.columns.iter().zip(&field.rows);
         let on_area =
@@ -266,7 +267,7 @@ impl MosaicLayer {
         Self {
             source,
             ramps: None,
-            covered: places.map(|(&c, &r)| on_area(c, size.0) && on_area(r, size.1)).collect(),
+            covered: places.map(|(&c, &r)| on_area(c, size.width) && on_area(r, size.height)).collect(),
             sums: none.clone(),
             valid: none.clone(),
             inside: none,

@@ -5,6 +5,15 @@ use super::warp::Rect;
 use hedgehop::voxel::{Grid, HeightCode};
 use hedgehop_base::error::Result;
 
+/// Natural ground of a block of voxels.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct NaturalBlock<'a> {
+    /// The block.
+    pub rect: Rect,
+    /// Heights of its voxels, row-major, metres; NaN where there is none.
+    pub heights: &'a [f64],
+}
+
 /// Maker of natural ground on the finest level of a database.
 pub(super) trait NaturalGround {
     /// Returns the finest grid.

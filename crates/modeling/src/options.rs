@@ -1,6 +1,6 @@
 //! Options of a build: inputs and settings.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::corridor::Corridor;
 use super::features::LayerOptions;
@@ -9,6 +9,15 @@ use super::materials::Materials;
 use super::object::{ObjectFile, ScatterFile};
 use super::synthetic::Synthetic;
 use hedgehop_geo::VerticalDatum;
+
+/// File that a database is written to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct OutputFile<'a> {
+    /// Path of the file.
+    pub path: &'a Path,
+    /// Whether a file that is there may be replaced.
+    pub overwrite: bool,
+}
 
 /// Treatment of voxels whose source has no data.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -22,7 +22,7 @@ use super::feature_solids::FeatureSolids;
 use super::land_cover::{CoverInput, LandCover, Sampler};
 use super::materials::Materials;
 use super::mosaic::{Mosaic, Surface};
-use super::object::Objects;
+use super::object::{ObjectGround, Objects};
 use super::options::{Interpolation, NodataFill};
 use super::placed::{ElevationInput, ImageryInput};
 use super::placing::{Placed, Raised, covered, on_page};
@@ -30,7 +30,7 @@ use super::synthetic::{self, Synthetic};
 use super::tint::Tint;
 use super::warp::{self, LevelGrid, Rect};
 use crate::built::{Built, Tiles};
-use crate::natural::NaturalGround;
+use crate::natural::{NaturalBlock, NaturalGround};
 use crate::surveyed::Survey;
 use crate::void_fill;
 use hedgehop::voxel::{
@@ -305,8 +305,12 @@ impl<'a> PageMaker<'a> {
             }
         }
 
-        let site = (materials.as_slice(), changed.as_slice());
-        Ok(objects.solids(rect, (wide, &natural), site, (&self.level, &self.project.code)))
+        let ground = ObjectGround {
+            natural: NaturalBlock { rect: wide, heights: &natural },
+            materials: &materials,
+            features: &changed,
+        };
+        Ok(objects.solids(rect, ground, &self.level, &self.project.code))
     }
 
     /// Raises features on a block; `None`: none reaches it.
@@ -316,7 +320,7 @@ impl<'a> PageMaker<'a> {
         let wide = rect.grown(margin, &self.level.grid);
         let natural = self.ground(wide)?.surface.heights;
         let level = self.level;
-        feature_solids.build(rect, (wide, &natural), &level, self).map(Some)
+        feature_solids.build(rect, NaturalBlock { rect: wide, heights: &natural }, &level, self).map(Some)
     }
 
     /// Takes the grid of another level.
@@ -337,7 +341,7 @@ impl<'a> PageMaker<'a> {
 
         let voxels = match self.copied(rect, &ground, built.is_some())? {
             Some(voxels) => voxels,
-            None => self.draped(rect, (around, &ground), built.as_mut())?,
+            None => self.draped(rect, &ground, built.as_mut())?,
         };
         let voids = rect.rows_in(around).map(|row| &ground.voids[row]).collect::<Vec<_>>().concat();
         let mut made = MadeBlock { voids, voxels, bare: None };
@@ -347,7 +351,7 @@ impl<'a> PageMaker<'a> {
         }
 
         if let Some(built) = &built {
-            self.put(&mut made, rect, (around, built));
+            self.put(&mut made, rect, built, around);
         }
 
         Ok(made)

@@ -5,14 +5,13 @@ use crate::feather::Sheets;
 use crate::feature_solids::FeatureSolids;
 use crate::footprint::Bounds;
 use crate::inputs::Inputs;
-use crate::land_cover::CoverInput;
 use crate::object::Objects;
 use crate::opened::Opened;
-use crate::placed::{ElevationInput, ImageryInput};
+use crate::page::Project;
 use crate::plan::Plan;
 use crate::warp::{LevelGrid, RasterPlacement, Rect};
 use crate::{BuildOptions, NodataFill, void_fill};
-use hedgehop::voxel::{APRON, Grid, HeightCode, PAGE_SIDE, PageId, PageReadback, SharedObjects, finer_pages};
+use hedgehop::voxel::{APRON, Grid, PAGE_SIDE, PageId, PageReadback, SharedObjects, finer_pages};
 use hedgehop_base::Size;
 use hedgehop_base::error::Result;
 use hedgehop_geo::VerticalDatum;
@@ -90,7 +89,7 @@ fn keys<T>(rasters: &[Opened<T>], cache: &BuildCache) -> Result<Vec<Key>> {
 /// Keys of rasters and what a change of them can reach: their ends count further inside others that fade there.
 fn reaching<'r>(
     keys: &[Key],
-    rasters: impl Iterator<Item = (&'r RasterPlacement, (u32, u32), Bounds, f64)> + Clone,
+    rasters: impl Iterator<Item = (&'r RasterPlacement, Size, Bounds, f64)> + Clone,
     grid: &Grid,
 ) -> Vec<(Key, Bounds)> {
     let sheets = Sheets::of(rasters.clone().map(|(placement, size, ..)| (placement, size)), grid);
@@ -116,21 +115,16 @@ pub(crate) struct PageKeys<'a> {
 }
 
 impl<'a> PageKeys<'a> {
-    /// Computes the keys of rasters that were placed, and of the code that pages have their heights in.
-    pub fn new(
-        keys: &SourceKeys,
-        (elevation, imagery, land_cover): (&[ElevationInput], &[ImageryInput], &[CoverInput]),
-        fill: NodataFill,
-        (grid, code): (Grid, HeightCode),
-        tint: &dyn std::fmt::Debug,
-        (feature_solids, objects): (Option<&'a FeatureSolids>, Option<&'a Objects>),
-    ) -> Self {
+    /// Computes the keys of what pages are made from, but for shared objects.
+    pub fn new(keys: &SourceKeys, project: &Project<'a>) -> Self {
+        let Project { grid, fill, elevation, imagery, land_cover, feature_solids, objects, .. } = *project;
         let heights = elevation.iter().map(|s| (&s.placement, s.samples.size(), s.reach, s.pixel_side));
         let colours = imagery.iter().map(|s| (&s.placement, s.samples.size(), s.reach, s.pixel_side));
         let elevation = reaching(&keys.elevation, heights, &grid);
         let imagery = reaching(&keys.imagery, colours, &grid);
         let land_cover = keys.land_cover.iter().zip(land_cover).map(|(key, source)| (*key, source.reach));
-        let settings = Keyer::of("pages").with_key(keys.settings).with(&code).with(tint).key();
+        let settings =
+            Keyer::of("pages").with_key(keys.settings).with(&project.code).with(&project.tint).key();
         // The broad shape of wide voids comes from the whole of a raster.
         let ground = (fill == NodataFill::Interpolate).then(|| keys.ground());
         let sources = elevation.into_iter().chain(imagery).chain(land_cover).collect();

@@ -18,12 +18,13 @@ use glam::DVec2;
 
 use super::corridor::{self, Corridors, Stored};
 use super::footprint::{self, Bounds, RasterFootprint, joined};
-use super::inputs::Inputs;
+use super::inputs::{FeatureInput, Inputs};
 use super::options::BuildOptions;
 use super::vertical::{self, Shift};
 use crate::Input;
 use crate::naming::crs_label;
 use crate::opened::Opened;
+use hedgehop::Size;
 use hedgehop::voxel::{Directory, Grid, RADIX, limits};
 use hedgehop_base::error::{Error, Result};
 use hedgehop_geo::{Crs, Transform};
@@ -215,7 +216,7 @@ fn strangers(inputs: &Inputs, crs: &Crs) -> Vec<(Input, Error)> {
     for (index, raster) in inputs.land_cover.iter().enumerate() {
         meet(Input::LandCover(index), &raster.path, &raster.crs, "--land-cover-crs");
     }
-    for (index, (layer, _)) in inputs.features.iter().enumerate() {
+    for (index, FeatureInput { layer, .. }) in inputs.features.iter().enumerate() {
         meet(Input::Features(index), &layer.path, &layer.crs, "`crs` of [[features]]");
     }
 
@@ -417,7 +418,7 @@ fn common(a: Bounds, b: Bounds) -> Bounds {
 /// Returns where the grid's lines lie if its voxels are the raster's pixels.
 fn phase_of(raster: &Opened<f64>, crs: &Crs, spacing: f64) -> Option<(f64, f64)> {
     let geo = &raster.geo;
-    let (width, height) = raster.samples.size();
+    let Size { width, height } = raster.samples.size();
     // Off by less than a millionth of a pixel over the whole raster.
     let agrees = |side: f64, count: u32| (side.abs() - spacing).abs() * f64::from(count) < ROUNDING * spacing;
     let same = Transform::new(&raster.crs, crs).is_ok_and(|transform| transform.is_identity());

@@ -3,6 +3,7 @@
 
 use super::footprint::corner_bounds;
 use crate::raster::{GeoTransform, RasterInfo};
+use hedgehop::Size;
 use hedgehop::voxel::limits;
 use hedgehop_base::error::{Error, Result};
 use hedgehop_geo::Crs;
@@ -26,7 +27,7 @@ pub(super) fn no_crs(info: &RasterInfo, geo: GeoTransform, flag: &str) -> Error 
         );
     }
 
-    let guess = if looks_like_degrees(&geo, (info.width, info.height)) {
+    let guess = if looks_like_degrees(&geo, info.size()) {
         format!("its coordinates look like degrees: if they are, say {flag} EPSG:4326")
     } else {
         format!("say {flag} EPSG:… if you know it, or --local to take its coordinates as plain metres")
@@ -38,8 +39,8 @@ pub(super) fn no_crs(info: &RasterInfo, geo: GeoTransform, flag: &str) -> Error 
 /// Refuses a local system whose unit is not the metre, where its coordinates would be taken as plain metres.
 pub(super) fn local_in_metres(info: &RasterInfo, geo: &GeoTransform) -> Result<()> {
     let Some(local) = info.local.as_ref().filter(|local| !local.is_metric()) else { return Ok(()) };
-    let [west, south, east, north] = corner_bounds(geo, (info.width, info.height))
-        .map(|side| (1e6 * local.metres_per_unit * side).round() / 1e6);
+    let [west, south, east, north] =
+        corner_bounds(geo, info.size()).map(|side| (1e6 * local.metres_per_unit * side).round() / 1e6);
     let remedy = format!(
         "bring it to metres: gdal_translate -a_srs 'LOCAL_CS[\"metres\",UNIT[\"metre\",1]]' -a_ullr {west} {north} {east} {south} IN OUT.tif, and remove the .prj beside it"
     );
@@ -51,7 +52,7 @@ pub(super) fn local_in_metres(info: &RasterInfo, geo: &GeoTransform) -> Result<(
 }
 
 /// Extents of longitudes and latitudes, and pixels too small for metres from the air or space.
-fn looks_like_degrees(geo: &GeoTransform, size: (u32, u32)) -> bool {
+fn looks_like_degrees(geo: &GeoTransform, size: Size) -> bool {
     /// Half a pixel beyond the poles and the 360th meridian, for coarse global rasters.
     const SLACK: f64 = 1.0;
     /// Pixels of a tenth of a degree and less, or whole-Earth rasters.
@@ -104,7 +105,7 @@ fn sound_pixels(info: &RasterInfo, geo: &GeoTransform, crs: &Crs) -> Result<()> 
         return refuse("has rows and columns that run nearly the same way".into());
     }
 
-    let [west, south, east, north] = corner_bounds(geo, (info.width, info.height)).map(|side| unit * side);
+    let [west, south, east, north] = corner_bounds(geo, info.size()).map(|side| unit * side);
     let (width, height) = (east - west, north - south);
     let (widest, reach) = match crs.is_local() {
         true => (limits::FARTHEST, limits::FARTHEST),
@@ -133,7 +134,7 @@ pub(super) fn plausible(info: &RasterInfo, geo: &GeoTransform, crs: &Crs, flag: 
 }
 
 fn of_system(info: &RasterInfo, geo: &GeoTransform, crs: &Crs, flag: &str) -> Result<()> {
-    let size = (info.width, info.height);
+    let size = info.size();
     let [west, south, east, north] = corner_bounds(geo, size);
     let extent = format!("its coordinates, {west} … {east} east and {south} … {north} north,");
     let remedy = || match &info.crs {

@@ -14,7 +14,7 @@ use hedgehop_base::error::Result;
 /// An elevation raster in the grid.
 struct ReachSheet {
     placement: RasterPlacement,
-    size: (u32, u32),
+    size: Size,
     reach: Bounds,
 }
 
@@ -79,7 +79,7 @@ impl Reach {
             PLACES.iter().any(|share| {
                 let place = low + (high - low) * glam::DVec2::from_array(*share);
                 let pixel = placement.pixel_from_world(place.x, place.y);
-                pixel.is_some_and(|(column, row)| is_on(column, size.0) && is_on(row, size.1))
+                pixel.is_some_and(|(column, row)| is_on(column, size.width) && is_on(row, size.height))
             })
         })
     }

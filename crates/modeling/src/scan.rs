@@ -13,6 +13,7 @@ use super::workers::in_order;
 use crate::page_keys::SourceKeys;
 use crate::raster::Window;
 use crate::surveyed::{Coarse, Survey};
+use hedgehop::Size;
 use hedgehop::voxel::Grid;
 use hedgehop_base::error::Result;
 use hedgehop_base::progress::Observer;
@@ -88,15 +89,17 @@ struct Chunks {
 impl Chunks {
     fn of(source: &ElevationInput, plan: &Plan) -> Self {
         let size = source.samples.size();
-        let window = needed(source, plan).unwrap_or(Window { x: 0, y: 0, width: size.0, height: size.1 });
-        let block = (source.block.width.clamp(1, size.0), source.block.height.clamp(1, size.1));
+        let window =
+            needed(source, plan).unwrap_or(Window { x: 0, y: 0, width: size.width, height: size.height });
+        let block_width = source.block.width.clamp(1, size.width);
+        let block_height = source.block.height.clamp(1, size.height);
         let fit = |limit: u64, block: u32, size: u32| {
             (limit / u64::from(block)).max(1).saturating_mul(u64::from(block)).min(u64::from(size)) as u32
         };
-        let columns = fit(CHUNK_SAMPLES / u64::from(block.1), block.0, size.0);
-        let rows = fit(CHUNK_SAMPLES / u64::from(columns), block.1, size.1);
+        let columns = fit(CHUNK_SAMPLES / u64::from(block_height), block_width, size.width);
+        let rows = fit(CHUNK_SAMPLES / u64::from(columns), block_height, size.height);
         // Chunks start at multiples of their size, so that none cuts a block.
-        let (x, y) = (window.x / block.0 * block.0, window.y / block.1 * block.1);
+        let (x, y) = (window.x / block_width * block_width, window.y / block_height * block_height);
         let window =
             Window { x, y, width: window.x + window.width - x, height: window.y + window.height - y };
         Self { window, step: (columns, rows) }
@@ -147,7 +150,7 @@ fn needed(source: &ElevationInput, plan: &Plan) -> Option<Window> {
 
     // A turned raster's rows run along the grid's columns; the smaller count serves both.
     let voxels = grid.nx.min(grid.ny);
-    let ((x, width), (y, height)) = (clip(x, voxels, size.0), clip(y, voxels, size.1));
+    let ((x, width), (y, height)) = (clip(x, voxels, size.width), clip(y, voxels, size.height));
 
     Some(Window { x, y, width, height })
 }
@@ -187,7 +190,8 @@ struct ChunkLayout {
 }
 
 impl ChunkLayout {
-    fn new((width, height): (u32, u32)) -> Self {
+    fn new(size: Size) -> Self {
+        let Size { width, height } = size;
         let pixels = (f64::from(width.max(height)) / f64::from(COARSE)).max(1.0);
         let count = |size: u32| (f64::from(size) / pixels).ceil().max(1.0) as usize;
         Self { columns: count(width), rows: count(height), pixels: (pixels, pixels) }
@@ -211,7 +215,7 @@ impl ScanTally {
         }
     }
 
-    fn new(size: (u32, u32)) -> Self {
+    fn new(size: Size) -> Self {
         let layout = ChunkLayout::new(size);
         Self::empty(layout, 0, layout.rows)
     }

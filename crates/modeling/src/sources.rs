@@ -9,7 +9,7 @@ use std::path::Path;
 
 use glam::DVec2;
 
-use super::inputs::Inputs;
+use super::inputs::{FeatureInput, Inputs};
 use super::materials::Materials;
 use super::object::{BuiltIn, ScatterFile, ScatterForm};
 use super::options::BuildOptions;
@@ -30,7 +30,7 @@ pub(super) fn records(inputs: &Inputs, options: &BuildOptions, grid: &Grid) -> V
     records.extend(first);
     records.extend(inputs.imagery.iter().map(|raster| raster.record("imagery")));
     records.extend(inputs.land_cover.iter().map(|raster| raster.record("land cover")));
-    records.extend(inputs.features.iter().map(|(layer, _)| {
+    records.extend(inputs.features.iter().map(|FeatureInput { layer, .. }| {
         let description = format!("{}, {}", counted(layer.rows.len(), "row"), crs_label(&layer.crs));
         record(file_name(&layer.path), "features", description)
     }));

@@ -5,7 +5,7 @@ use glam::DVec2;
 use super::counts::PageCounts;
 use super::features::Layer;
 use super::footprint::{Bounds, joined};
-use super::inputs::Inputs;
+use super::inputs::{FeatureInput, Inputs};
 use super::options::{BuildOptions, NodataFill};
 use super::plan::Plan;
 use crate::Input;
@@ -66,7 +66,7 @@ pub(super) fn all_outside(
     for (index, raster) in inputs.land_cover.iter().enumerate() {
         add(Input::LandCover(index), misplaced_raster(raster, plan)?);
     }
-    for (index, (layer, _)) in inputs.features.iter().enumerate() {
+    for (index, FeatureInput { layer, .. }) in inputs.features.iter().enumerate() {
         add(Input::Features(index), misplaced_layer(layer, crs, grid)?);
     }
 

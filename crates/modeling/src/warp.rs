@@ -13,6 +13,7 @@
 use glam::DVec2;
 
 use crate::raster::{GeoTransform, Window};
+use hedgehop::Size;
 use hedgehop::voxel::Grid;
 use hedgehop_geo::Transform;
 
@@ -123,12 +124,9 @@ pub(super) struct RasterPlacement {
 
 impl RasterPlacement {
     /// Places a raster of `size` pixels in the transform's target system; `None` if its geotransform is singular.
-    pub fn new(
-        source_from_world: Transform,
-        source_from_pixel: &GeoTransform,
-        size: (u32, u32),
-    ) -> Option<Self> {
-        let (longitude, _) = apply(source_from_pixel, 0.5 * f64::from(size.0), 0.5 * f64::from(size.1));
+    pub fn new(source_from_world: Transform, source_from_pixel: &GeoTransform, size: Size) -> Option<Self> {
+        let (longitude, _) =
+            apply(source_from_pixel, 0.5 * f64::from(size.width), 0.5 * f64::from(size.height));
         let source_from_world = source_from_world.centred_on(longitude);
         Some(Self {
             source_from_world: (!source_from_world.is_identity()).then_some(source_from_world),
@@ -182,15 +180,15 @@ pub(super) struct PixelBlock {
 
 impl PixelBlock {
     /// Returns the window of a raster of `size` pixels that holds them; `None` unless all of them, and `margin` around, lie within.
-    pub fn window(&self, rect: Rect, size: (u32, u32), margin: u32) -> Option<Window> {
+    pub fn window(&self, rect: Rect, size: Size, margin: u32) -> Option<Window> {
         let start = |first: i64, count: usize, size: u32| {
             let margin = i64::from(margin);
             let fits = first >= margin && first + count as i64 + margin <= i64::from(size);
             fits.then_some(first as u32)
         };
         let (width, height) = (rect.width() as u32, rect.height() as u32);
-        let x = start(self.column, rect.width(), size.0)?;
-        let y = start(self.row, rect.height(), size.1)?;
+        let x = start(self.column, rect.width(), size.width)?;
+        let y = start(self.row, rect.height(), size.height)?;
         Some(Window { x, y, width, height })
     }
 }
@@ -239,7 +237,7 @@ impl WarpField {
     }
 
     /// Whether any voxel's kernel, which is a pixel or a voxel wide to either side, reaches a raster of this size.
-    pub fn touches(&self, size: (u32, u32)) -> bool {
+    pub fn touches(&self, size: Size) -> bool {
         let is_near = |position: f64, size: u32, scale: f64| {
             let reach = scale.max(1.0) + TOLERANCE;
             position > -reach && position < f64::from(size) - 1.0 + reach
@@ -247,7 +245,7 @@ impl WarpField {
         self.columns.iter().zip(&self.rows).enumerate().any(|(voxel, (&column, &row))| {
             let (x, y) = self.rect.voxel(voxel);
             let scale = self.scale(x, y);
-            is_near(column, size.0, scale.0) && is_near(row, size.1, scale.1)
+            is_near(column, size.width, scale.0) && is_near(row, size.height, scale.1)
         })
     }
 }
@@ -391,8 +389,12 @@ mod tests {
     fn tile() -> (RasterPlacement, Grid) {
         let transform = Transform::new(&Crs::from_epsg(32633).unwrap(), &Crs::wgs84()).unwrap();
         let pixel = 1.0 / 1200.0;
-        let placement =
-            RasterPlacement::new(transform, &[15.0, pixel, 0.0, 71.0, 0.0, -pixel], (1200, 1200)).unwrap();
+        let placement = RasterPlacement::new(
+            transform,
+            &[15.0, pixel, 0.0, 71.0, 0.0, -pixel],
+            Size { width: 1200, height: 1200 },
+        )
+        .unwrap();
         (placement, Grid { nx: 700, ny: 1300, spacing: 90.0, origin: DVec2::new(500_000.0, 7_760_000.0) })
     }
 

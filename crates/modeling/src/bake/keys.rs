@@ -28,7 +28,8 @@ pub(super) struct BakingKeys<'a> {
 
 impl<'a> BakingKeys<'a> {
     pub fn new(
-        (source, directory): (&'a dyn PageSource, &'a Directory),
+        source: &'a dyn PageSource,
+        directory: &'a Directory,
         sun: Sun,
         shades: &'a Shades,
         steps: &'a BuildCache,

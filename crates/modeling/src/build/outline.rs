@@ -4,6 +4,7 @@ use super::planned::sparse_note;
 use crate::Input;
 use crate::budget::Budget;
 use crate::disk_space::DiskSpace;
+use crate::inputs::FeatureInput;
 use crate::options::BuildOptions;
 use crate::reach::Reach;
 use crate::{features, inputs, plan, warnings};
@@ -43,7 +44,7 @@ pub fn outline(options: &BuildOptions) -> Result<Outline> {
     let reach = Reach::of(&inputs, &plan, options)?;
     let most_bytes =
         DiskSpace { plan: &plan, output: &options.output, builds: false, reach: &reach }.most_bytes();
-    let told = inputs.features.into_iter().flat_map(|(mut layer, options)| {
+    let told = inputs.features.into_iter().flat_map(|FeatureInput { mut layer, options }| {
         layer.notes.extend(features::unknown_columns(&layer, &options));
         layer.notes
     });

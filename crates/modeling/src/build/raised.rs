@@ -6,8 +6,7 @@ use super::job::{BuildJob, BuildRecord};
 use super::planned::PlannedBuild;
 use super::surveyed::SurveyedBuild;
 use crate::feature_solids::{self, FeatureSolids};
-use crate::features::{Layer, LayerOptions};
-use crate::inputs::Inputs;
+use crate::inputs::{FeatureInput, Inputs};
 use crate::object::{Objects, OpenObject, OpenScatter};
 use crate::page::{PageMaker, Project};
 use crate::placing::Collection;
@@ -17,7 +16,7 @@ use hedgehop_base::error::Result;
 
 /// Inputs that stand on the ground, before they are bound to it.
 pub(super) struct StandingInputs {
-    features: Vec<(Layer, LayerOptions)>,
+    features: Vec<FeatureInput>,
     objects: Vec<OpenObject>,
     scatters: Vec<OpenScatter>,
 }
@@ -71,15 +70,15 @@ impl RaisedBuild {
                 Some(FeatureSolids::new(features, ground, high, cache, budget.threads, observer)?);
         }
 
-        let mut raised_objects = None;
+        let mut placed_objects = None;
         if !(objects.is_empty() && scatters.is_empty()) {
             let mut ground = PageMaker::new(&natural);
-            let (raised, notes) =
-                Objects::new((objects, scatters), plan, &mut ground, (natural.materials, high))?;
+            let (placed, notes) =
+                Objects::new(objects, scatters, plan, &mut ground, natural.materials, high)?;
             record.notes(notes);
-            raised_objects = Some(raised);
+            placed_objects = Some(placed);
         }
-        let mut objects = raised_objects;
+        let mut objects = placed_objects;
 
         // One code for the heights of all.
         let tops =

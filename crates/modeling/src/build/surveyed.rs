@@ -64,8 +64,7 @@ impl SurveyedBuild {
 
         let mut cloud_solids = None;
         if !clouds.is_empty() {
-            let beside = (options.output.as_path(), budget);
-            let prepared = cloud::prepare(&clouds, plan, datum, beside, observer)?;
+            let prepared = cloud::prepare(&clouds, plan, datum, &options.output, budget, observer)?;
             // One raster holds the points of all; others say nothing then.
             for input in &mut elevation[..clouds.len()] {
                 input.reach = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
@@ -138,7 +137,7 @@ fn cover(
     for (raster, file) in rasters.into_iter().zip(&options.land_cover) {
         let name = file_name(&raster.path);
         let input = CoverInput::place(raster, plan)?;
-        notes.extend(land_cover::unknown(&input, &plan.grid, (&name, file.scheme.name()))?);
+        notes.extend(land_cover::unknown(&input, &plan.grid, &name, file.scheme.name())?);
         placed.push(input);
     }
     Ok((placed, notes))

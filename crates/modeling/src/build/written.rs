@@ -32,22 +32,17 @@ impl WrittenBuild {
         job: &BuildJob<'_>,
     ) -> Result<Self> {
         let BuildJob { options, budget, observer } = *job;
-        let RaisedBuild { feature_solids, objects, shared, code } = raised;
+        let RaisedBuild { shared, code, .. } = raised;
         let (grid, cache) = (planned.plan.grid, planned.cache.as_ref());
 
-        let page_keys = planned.keys.as_ref().map(|keys| {
-            let sources = (&surveyed.elevation[..], &surveyed.imagery[..], &surveyed.land_cover[..]);
-            let standing = (feature_solids.as_ref(), objects.as_ref());
-            PageKeys::new(keys, sources, options.nodata_fill, (grid, *code), &surveyed.tint, standing)
-                .with_shared(shared)
-        });
+        let project = raised.project(planned, surveyed, job);
+        let page_keys = planned.keys.as_ref().map(|keys| PageKeys::new(keys, &project).with_shared(shared));
 
         let mut writer = PageWriter::create(&options.output, grid, *code, options.overwrite)?
             .with_objects(Arc::clone(shared));
         writer.expect(planned.disk_space(options).most_bytes() + shared.to_bytes().len() as u64);
         let mut writer = build_cache::begin(cache, writer, budget.changes)?;
 
-        let project = raised.project(planned, surveyed, job);
         let trace = cache.zip(page_keys.as_ref());
         let mut written = Written::default();
         if let Err(error) = write_pages(&project, budget.threads, trace, &mut writer, &mut written, observer)
@@ -91,7 +86,8 @@ impl WrittenBuild {
         metadata.filled_share = Some(share(counts.filled)).filter(|share| *share > 0.0);
         metadata.empty_share = share(counts.empty);
         let range = decoded_range(&raised.code, &counts);
-        let (content_hash, bytes) = build_cache::publish(planned.cache.as_ref(), writer, &metadata, range)?;
+        let sealed = writer.seal(&metadata, range)?;
+        let (content_hash, bytes) = build_cache::publish(planned.cache.as_ref(), sealed)?;
 
         Ok(BuildReport {
             grid: planned.plan.grid,

@@ -35,9 +35,7 @@ use super::counts::PageCounts;
 use crate::surveyed::Survey;
 pub(super) use aside::Aside;
 pub use handover::take_over;
-use hedgehop::voxel::{
-    ContentHash, EarlierFile, EarlierPage, Grid, HeightRange, Metadata, PageId, PageWriter,
-};
+use hedgehop::voxel::{ContentHash, EarlierFile, EarlierPage, Grid, PageId, PageWriter, SealedFile};
 use hedgehop_base::error::{Error, Result};
 pub(super) use key::{Key, Keyer};
 pub(super) use log::{Extent, MadeRecord};
@@ -337,14 +335,8 @@ pub(super) fn begin(cache: Option<&BuildCache>, mut writer: PageWriter, changes:
     Ok(writer)
 }
 
-/// Ends a database and gives it its name. Returns identity and bytes.
-pub(super) fn publish(
-    cache: Option<&BuildCache>,
-    writer: PageWriter,
-    metadata: &Metadata,
-    height_range: HeightRange,
-) -> Result<(ContentHash, u64)> {
-    let sealed = writer.seal(metadata, height_range)?;
+/// Gives a finished database its name. Returns identity and bytes.
+pub(super) fn publish(cache: Option<&BuildCache>, sealed: SealedFile) -> Result<(ContentHash, u64)> {
     let (content_hash, bytes) = (sealed.content_hash, sealed.bytes);
     cache.map_or(Ok(()), |cache| cache.seal(content_hash))?;
     sealed.publish()?;

@@ -1,7 +1,5 @@
 //! Points of all files, by tile of the grid.
 
-use std::path::Path;
-
 use super::super::plan::Plan;
 use super::super::vertical::Shift;
 use super::class::{self, PointKind};
@@ -19,15 +17,14 @@ const STEP: u64 = 1 << 16;
 /// Parts of a voxel's side that places are kept in.
 const PARTS: f64 = 65536.0;
 
-/// Sorts the points of all files, file after file, with heights above `datum`; `bytes` are held in memory.
+/// Sorts the points of all files into an empty store, file after file, with heights above `datum`.
 pub(super) fn bin(
     clouds: &[Cloud],
     plan: &Plan,
     datum: VerticalDatum,
-    (output, bytes): (&Path, u64),
+    mut store: Store<Mark>,
     observer: &dyn Observer,
 ) -> Result<Store<Mark>> {
-    let mut store = Store::beside(output, bytes)?;
     observer.begin("points", clouds.iter().map(|cloud| cloud.head.count).sum(), "points");
     for cloud in clouds {
         let placing = Placing {

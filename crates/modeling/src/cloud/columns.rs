@@ -7,6 +7,7 @@ use super::runs::Plants;
 use super::scene::TileScene;
 use super::store::TILE;
 use super::stored::StoredSolid;
+use super::window::TileVoxel;
 use super::wires;
 
 /// Voxels about a tile whose points are asked for: what is known of roofs around a voxel follows from points around these.
@@ -17,15 +18,13 @@ const RIM: usize = 2;
 /// The solids over a tile, voxel by voxel.
 pub(super) fn solids(scene: &TileScene<'_>) -> Vec<StoredSolid> {
     let has = |kind: PointKind| {
-        scene
-            .voxels()
-            .any(|(column, row)| scene.window.at(column, row).iter().any(|mark| mark.kind() == kind))
+        scene.voxels().any(|voxel| scene.window.at(voxel).iter().any(|mark| mark.kind() == kind))
     };
     let mut roofs = vec![f64::NAN; scene.ground.len()];
     let mut hard: Vec<Vec<Solid>> = vec![Vec::new(); scene.ground.len()];
     let kinds = [Hard::roofs(scene), Hard::decks(scene)];
     let inner = RIM..scene.window.side - RIM;
-    let is_inner = |voxel: &(usize, usize)| inner.contains(&voxel.0) && inner.contains(&voxel.1);
+    let is_inner = |voxel: &TileVoxel| inner.contains(&voxel.column) && inner.contains(&voxel.row);
 
     for voxel in scene.voxels().filter(is_inner) {
         let index = scene.index(voxel);
@@ -41,7 +40,7 @@ pub(super) fn solids(scene: &TileScene<'_>) -> Vec<StoredSolid> {
     let mut over = Vec::new();
 
     for (column, row) in (0..TILE).flat_map(|row| (0..TILE).map(move |column| (column, row))) {
-        let voxel = ((column + HALO) as usize, (row + HALO) as usize);
+        let voxel = TileVoxel { column: (column + HALO) as usize, row: (row + HALO) as usize };
         over.append(&mut hard[scene.index(voxel)]);
         plants.solids(voxel, &mut over);
         if has_towers {

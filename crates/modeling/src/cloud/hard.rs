@@ -10,9 +10,9 @@
 
 use super::super::features::{Paint, Solid, Wall};
 use super::class::PointKind;
-use super::scene::{TileScene, TileVoxel, quantile};
+use super::scene::{TileScene, quantile};
 use super::wall::{self, Side};
-use super::window::Mark;
+use super::window::{Mark, TileVoxel};
 
 /// Least height of buildings above the ground, and of matter of no known kind, metres.
 const LOWEST: f64 = 1.0;
@@ -111,8 +111,7 @@ impl Hard {
 
         around.sort_by(f64::total_cmp);
         let level = quantile(&around, 0.5)?;
-        let has_ground =
-            scene.window.at(voxel.0, voxel.1).iter().any(|mark| mark.kind() == PointKind::Ground);
+        let has_ground = scene.window.at(voxel).iter().any(|mark| mark.kind() == PointKind::Ground);
         let is_sure = count >= if has_ground { JOINED_ALL } else { JOINED };
 
         Some((level, is_sure, is_rim))

@@ -3,6 +3,7 @@
 //! A header's box is a claim of the program that wrote it, and many write zeros, or the box of a file that this one was cut from.
 //! What is built is therefore taken from the points. Ranges of them are read at the same time, as far as a file can be entered in its middle.
 
+use std::ops::Range;
 use std::path::Path;
 
 use super::super::workers::in_order;
@@ -43,7 +44,7 @@ impl Look {
             true => {
                 let mut look = Self::none();
                 let read = |reader: &mut Option<Points>, range: u64| {
-                    Self::of_range(path, head, (reader, range * RANGE, RANGE), observer)
+                    Self::of_range(path, head, reader, range * RANGE..(range + 1) * RANGE, observer)
                 };
 
                 in_order(
@@ -60,7 +61,7 @@ impl Look {
 
                 look
             }
-            false => Self::of_range(path, head, (&mut None, 0, head.count), observer)?,
+            false => Self::of_range(path, head, &mut None, 0..head.count, observer)?,
         };
 
         observer.end();
@@ -80,23 +81,24 @@ impl Look {
         Ok(look)
     }
 
-    /// Goes through so many points from one on.
+    /// Goes through points by their numbers; `reader` is opened where it is not yet.
     fn of_range(
         path: &Path,
         head: &Head,
-        (reader, first, most): (&mut Option<Points>, u64, u64),
+        reader: &mut Option<Points>,
+        range: Range<u64>,
         observer: &dyn Observer,
     ) -> Result<Self> {
         let points = match reader {
             Some(points) => points,
             None => reader.insert(Points::open(path, head)?),
         };
-        if first > 0 && !points.seek(first) {
-            let what = format!("cannot be read from point {first} on; it is damaged, fetch it again");
+        if range.start > 0 && !points.seek(range.start) {
+            let what = format!("cannot be read from point {} on; it is damaged, fetch it again", range.start);
             return Err(Error::invalid(path, what));
         }
 
-        let (mut look, mut left) = (Self::none(), most);
+        let (mut look, mut left) = (Self::none(), range.end - range.start);
         while left > 0 && !observer.cancelled() {
             let count = points.take(left.min(STEP), |point| look.meet(&point))?;
             if count == 0 {

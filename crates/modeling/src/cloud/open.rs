@@ -49,10 +49,10 @@ impl Cloud {
 }
 
 /// Raster that stands for a cloud until its points are sorted: it says nothing.
-struct Unread((u32, u32));
+struct Unread(Size);
 
 impl Samples<f64> for Unread {
-    fn size(&self) -> (u32, u32) {
+    fn size(&self) -> Size {
         self.0
     }
     fn read(&self, window: Window, samples: &mut Vec<f64>) -> Result<()> {
@@ -108,7 +108,7 @@ pub(crate) fn open(
 
     let bounds = [look.low[0], look.low[1], look.high[0], look.high[1]];
     notes.extend(crs.doubt(bounds).map(|doubt| format!("{name}: {doubt}")));
-    plausible(file, (&head, &look), &crs)?;
+    plausible(file, &head, &look, &crs)?;
     let stated = Stated { name: &name, file: &head.vertical, given, flag: file.datum, crs: &crs };
     let heights = stated.settle(&mut notes);
 
@@ -154,7 +154,7 @@ pub(crate) fn open(
     let description =
         format!("{} of {} points, {}, {}", head.format, head.count, crs_label(&crs), heights.words());
     let SourceHeights { datum, metres_per_unit, .. } = heights;
-    let samples = Box::new(Unread((size[0] as u32, size[1] as u32)));
+    let samples = Box::new(Unread(Size { width: size[0] as u32, height: size[1] as u32 }));
     let facts = format!("{:?}", CloudFile { path: PathBuf::new(), ..file.clone() });
 
     let opened = Opened {
@@ -174,7 +174,7 @@ pub(crate) fn open(
 }
 
 /// Refuses coordinates that cannot be what the reference system says.
-fn plausible(file: &CloudFile, (head, look): (&Head, &Look), crs: &Crs) -> Result<()> {
+fn plausible(file: &CloudFile, head: &Head, look: &Look, crs: &Crs) -> Result<()> {
     let (low, high) = (look.low, look.high);
     let is_of_degrees = low[0] >= -180.0 && high[0] <= 360.0 && low[1] >= -90.0 && high[1] <= 90.0;
     if is_of_degrees || !crs.is_geographic() {

@@ -11,7 +11,7 @@ use bytemuck::{Pod, Zeroable};
 use super::class::PointKind;
 use super::fit::{PlaneFit, tent};
 use super::store::TILE;
-use super::window::{Mark, PointWindow};
+use super::window::{Mark, PointWindow, TileVoxel};
 use hedgehop_base::colour::{linear_from_srgb8, srgb8_from_linear};
 
 /// Voxels about a tile whose points are asked for.
@@ -78,13 +78,13 @@ pub(super) fn posts(window: &PointWindow, spacing: f64) -> Vec<Post> {
     let halo = HALO as usize;
     let tile = halo..halo + TILE as usize;
     tile.clone()
-        .flat_map(|row| tile.clone().map(move |column| (column, row)))
-        .map(|at| post(window, at, spacing))
+        .flat_map(|row| tile.clone().map(move |column| TileVoxel { column, row }))
+        .map(|voxel| post(window, voxel, spacing))
         .collect()
 }
 
-fn post(window: &PointWindow, at: (usize, usize), spacing: f64) -> Post {
-    let own = window.at(at.0, at.1);
+fn post(window: &PointWindow, voxel: TileVoxel, spacing: f64) -> Post {
+    let own = window.at(voxel);
     let flags = if own.is_empty() { 0 } else { Post::HELD };
     let has = |kind: PointKind| own.iter().any(|mark| mark.kind() == kind);
     let (mut fit, mut mix) = (PlaneFit::new(), Mix::default());
@@ -95,7 +95,7 @@ fn post(window: &PointWindow, at: (usize, usize), spacing: f64) -> Post {
     };
 
     if !has(PointKind::Surface) {
-        let ground = window.around(at, 1).filter(|(_, mark)| mark.kind() == PointKind::Ground);
+        let ground = window.around(voxel, 1).filter(|(_, mark)| mark.kind() == PointKind::Ground);
         ground.for_each(|(place, mark)| add(place, mark));
     } else {
         let mut heights: Vec<f64> = own.iter().map(Mark::z).collect();
@@ -104,7 +104,7 @@ fn post(window: &PointWindow, at: (usize, usize), spacing: f64) -> Post {
         let depth = DEPTH.0.max(DEPTH.1 * spacing);
         // What rises above is another surface, but for the slope of this one.
         let near = |mark: &Mark| (mark.z() - top).abs() <= depth;
-        window.around(at, 1).filter(|(_, mark)| near(mark)).for_each(|(place, mark)| add(place, mark));
+        window.around(voxel, 1).filter(|(_, mark)| near(mark)).for_each(|(place, mark)| add(place, mark));
     }
 
     let is_enough = fit.weight() >= LEAST || has(PointKind::Ground) || has(PointKind::Surface);

@@ -41,10 +41,11 @@ pub(crate) fn prepare(
     clouds: &[Cloud],
     plan: &Plan,
     datum: VerticalDatum,
-    (output, budget): (&Path, &Budget),
+    output: &Path,
+    budget: &Budget,
     observer: &dyn Observer,
 ) -> Result<Prepared> {
-    let bins = bin(clouds, plan, datum, (output, budget.cache / 2), observer)?;
+    let bins = bin(clouds, plan, datum, Store::beside(output, budget.cache / 2)?, observer)?;
     let making = Making {
         plan,
         output,

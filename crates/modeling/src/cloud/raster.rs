@@ -45,8 +45,8 @@ impl TileArea {
         Ok((low[0] <= high[0]).then_some(Self { first: low, size, is_coloured }))
     }
 
-    fn size(&self) -> (u32, u32) {
-        (self.size[0] as u32, self.size[1] as u32)
+    fn size(&self) -> Size {
+        Size { width: self.size[0] as u32, height: self.size[1] as u32 }
     }
 
     /// West, south, east, north, metres.
@@ -88,7 +88,7 @@ struct TilePosts<F> {
 }
 
 impl<T: Copy, F: Fn(&Post) -> T + Send + Sync> Samples<T> for TilePosts<F> {
-    fn size(&self) -> (u32, u32) {
+    fn size(&self) -> Size {
         self.area.size()
     }
 

@@ -12,8 +12,8 @@ use super::class::PointKind;
 use super::fit::PlaneFit;
 use super::hard::UNKNOWN;
 use super::posts::Mix;
-use super::scene::{TileScene, TileVoxel, quantile, shaded};
-use super::window::Mark;
+use super::scene::{TileScene, quantile, shaded};
+use super::window::{Mark, TileVoxel};
 
 /// A wide gap: sides of a voxel, and metres, the greater.
 const GAP: (f64, f64) = (2.0, 1.5);
@@ -71,6 +71,16 @@ impl Run {
     }
 }
 
+/// Heights below a run, by which its lower end is found.
+struct Footing {
+    /// Height of the ground, metres.
+    ground: f64,
+    /// Height of the top of what is below the run, metres: the ground's, if nothing is.
+    below: f64,
+    /// Widest gap over the ground below a run that stands on it, metres.
+    gap: f64,
+}
+
 /// Points of a voxel that are left over when its roof is known.
 pub(super) struct Plants<'a, 's> {
     pub scene: &'a TileScene<'s>,
@@ -96,7 +106,7 @@ impl Plants<'_, '_> {
 
     /// Solids of towers over a voxel.
     pub fn towers(&self, voxel: TileVoxel, out: &mut Vec<Solid>) {
-        let own = self.scene.window.at(voxel.0, voxel.1);
+        let own = self.scene.window.at(voxel);
         if own.iter().any(|mark| mark.kind() == PointKind::Tower) {
             let gap = GAP_OF_TOWERS * GAP.1.max(GAP.0 * self.scene.spacing);
             self.raise(voxel, gap, |mark, _| mark.kind() == PointKind::Tower, out);
@@ -112,7 +122,10 @@ impl Plants<'_, '_> {
 
         let mut points: Vec<(usize, [f64; 2], &Mark)> = Vec::new();
         for ([east, north], marks) in scene.window.voxels(voxel, 1) {
-            let other = ((voxel.0 as i64 + east) as usize, (voxel.1 as i64 + north) as usize);
+            let other = TileVoxel {
+                column: (voxel.column as i64 + east) as usize,
+                row: (voxel.row as i64 + north) as usize,
+            };
             let roof = self.roofs[scene.index(other)];
             let slot = ((north + 1) * 3 + east + 1) as usize;
             let place = |mark: &Mark| {
@@ -146,7 +159,7 @@ impl Plants<'_, '_> {
         // The top of what is below.
         let mut below = if roof.is_nan() { ground } else { roof };
         for (index, run) in runs.iter().enumerate().filter(|(_, run)| run.is_here()) {
-            let Some(solid) = self.solid(voxel, run, (ground, below, gap), kind) else { continue };
+            let Some(solid) = self.solid(voxel, run, &Footing { ground, below, gap }, kind) else { continue };
             let least = if index + 1 < runs.len() { TWIG } else { AIRY };
             if solid.low_m.is_some() && run.ranges.iter().flatten().count() < least {
                 continue;
@@ -157,14 +170,9 @@ impl Plants<'_, '_> {
     }
 
     /// The solid of a run, on the ground or above what lies below it.
-    fn solid(
-        &self,
-        voxel: TileVoxel,
-        run: &Run,
-        (ground, below, gap): (f64, f64, f64),
-        kind: PointKind,
-    ) -> Option<Solid> {
+    fn solid(&self, voxel: TileVoxel, run: &Run, footing: &Footing, kind: PointKind) -> Option<Solid> {
         let scene = self.scene;
+        let &Footing { ground, below, gap } = footing;
         let (mut tops, mut bottoms) = (PlaneFit::new(), Vec::new());
         for (slot, (low, high)) in
             run.ranges.iter().enumerate().filter_map(|(slot, range)| Some((slot, (*range)?)))
@@ -203,7 +211,7 @@ impl Plants<'_, '_> {
 
 /// A colour that differs a little from voxel to voxel.
 fn rough(colour: [u8; 3], first: [i64; 2], voxel: TileVoxel) -> [u8; 3] {
-    let (x, y) = (first[0] + voxel.0 as i64, first[1] + voxel.1 as i64);
+    let (x, y) = (first[0] + voxel.column as i64, first[1] + voxel.row as i64);
     let hash =
         (x as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ (y as u64).wrapping_mul(0xc2b2_ae3d_27d4_eb4f);
     let hash = (hash ^ (hash >> 29)).wrapping_mul(0xbf58_476d_1ce4_e5b9) >> 40;

@@ -4,7 +4,7 @@ use super::super::features::{Paint, Solid, Wall};
 use super::class::PointKind;
 use super::fit::{FittedPlane, PlaneFit, tent};
 use super::posts::Mix;
-use super::window::{Mark, PointWindow};
+use super::window::{Mark, PointWindow, TileVoxel};
 
 /// Steepest upper end, rise over run.
 const STEEPEST: f64 = 3.0;
@@ -22,32 +22,31 @@ pub(super) struct TileScene<'a> {
     pub density: f64,
 }
 
-/// A voxel by column and row of the window.
-pub(super) type TileVoxel = (usize, usize);
-
 impl TileScene<'_> {
-    pub fn index(&self, (column, row): TileVoxel) -> usize {
-        row * self.window.side + column
+    pub fn index(&self, voxel: TileVoxel) -> usize {
+        voxel.row * self.window.side + voxel.column
     }
 
     /// All voxels of the window.
     pub fn voxels(&self) -> impl Iterator<Item = TileVoxel> + use<> {
         let side = self.window.side;
-        (0..side).flat_map(move |row| (0..side).map(move |column| (column, row)))
+        (0..side).flat_map(move |row| (0..side).map(move |column| TileVoxel { column, row }))
     }
 
     /// The eight voxels around one, as far as they are of the window.
-    pub fn neighbours(&self, (column, row): TileVoxel) -> impl Iterator<Item = TileVoxel> + use<> {
+    pub fn neighbours(&self, voxel: TileVoxel) -> impl Iterator<Item = TileVoxel> + use<> {
         let side = self.window.side;
         let near = move |at: usize| at.saturating_sub(1)..(at + 2).min(side);
-        let all = near(row).flat_map(move |row| near(column).map(move |column| (column, row)));
-        all.filter(move |other| *other != (column, row))
+        let columns = near(voxel.column);
+        let all =
+            near(voxel.row).flat_map(move |row| columns.clone().map(move |column| TileVoxel { column, row }));
+        all.filter(move |other| *other != voxel)
     }
 
     /// Heights of points of a voxel that stand for something at least so high above its ground, from the lowest on.
     pub fn heights(&self, voxel: TileVoxel, least: f64, is: impl Fn(PointKind) -> bool) -> Vec<f64> {
         let ground = self.ground[self.index(voxel)];
-        let own = self.window.at(voxel.0, voxel.1).iter();
+        let own = self.window.at(voxel).iter();
         let mut heights: Vec<f64> =
             own.filter(|mark| is(mark.kind()) && mark.z() >= ground + least).map(Mark::z).collect();
         heights.sort_by(f64::total_cmp);

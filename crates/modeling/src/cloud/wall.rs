@@ -9,8 +9,8 @@
 use glam::{DVec2, dvec2};
 
 use super::super::features::Wall;
-use super::scene::{TileScene, TileVoxel};
-use super::window::Mark;
+use super::scene::TileScene;
+use super::window::{Mark, TileVoxel};
 
 /// Radius of the circle, sides of a voxel; no more than the voxels that are looked at reach.
 const RADIUS: f64 = 2.4;

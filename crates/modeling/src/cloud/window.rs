@@ -43,6 +43,15 @@ impl Mark {
     }
 }
 
+/// A voxel of a window.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct TileVoxel {
+    /// Column, eastward.
+    pub column: usize,
+    /// Row, northward.
+    pub row: usize,
+}
+
 /// A square of voxels and their points.
 #[derive(Debug)]
 pub(super) struct PointWindow {
@@ -102,29 +111,28 @@ impl PointWindow {
     }
 
     /// Points of a voxel.
-    pub fn at(&self, column: usize, row: usize) -> &[Mark] {
-        let index = row * self.side + column;
+    pub fn at(&self, voxel: TileVoxel) -> &[Mark] {
+        let index = voxel.row * self.side + voxel.column;
         &self.marks[self.starts[index] as usize..self.starts[index + 1] as usize]
     }
 
     /// The voxels up to so many around one, itself included: steps eastward and northward, and their points.
-    pub fn voxels(
-        &self,
-        (column, row): (usize, usize),
-        reach: i64,
-    ) -> impl Iterator<Item = ([i64; 2], &[Mark])> {
+    pub fn voxels(&self, voxel: TileVoxel, reach: i64) -> impl Iterator<Item = ([i64; 2], &[Mark])> {
         let side = self.side as i64;
         (-reach..=reach).flat_map(move |north| (-reach..=reach).map(move |east| [east, north])).filter_map(
             move |[east, north]| {
-                let (column, row) = (column as i64 + east, row as i64 + north);
+                let (column, row) = (voxel.column as i64 + east, voxel.row as i64 + north);
                 let is_in = (0..side).contains(&column) && (0..side).contains(&row);
-                is_in.then(|| ([east, north], self.at(column as usize, row as usize)))
+                is_in.then(|| {
+                    let other = TileVoxel { column: column as usize, row: row as usize };
+                    ([east, north], self.at(other))
+                })
             },
         )
     }
 
     /// Iterates over their points, with places from the middle of the voxel, sides of a voxel.
-    pub fn around(&self, voxel: (usize, usize), reach: i64) -> impl Iterator<Item = ([f64; 2], &Mark)> {
+    pub fn around(&self, voxel: TileVoxel, reach: i64) -> impl Iterator<Item = ([f64; 2], &Mark)> {
         self.voxels(voxel, reach).flat_map(|(step, marks)| {
             marks.iter().map(move |mark| {
                 let place = |axis: usize| step[axis] as f64 + f64::from(mark.within[axis]) / 65536.0 - 0.5;

@@ -11,8 +11,8 @@ use glam::{DVec2, dvec2};
 use super::super::features::{Solid, Wall};
 use super::class::PointKind;
 use super::fit::FittedPlane;
-use super::scene::{TileScene, TileVoxel};
-use super::window::Mark;
+use super::scene::TileScene;
+use super::window::{Mark, TileVoxel};
 
 /// Voxels about one whose points are asked for.
 pub(super) const REACH: i64 = 2;

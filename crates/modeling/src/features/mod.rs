@@ -22,4 +22,4 @@ pub use shape::{
     BoundWire, BoundWood, Graded, Ground, PlacedTree, Rank, Solid, Square, TreeKind, Wall, bind, prepare,
     settle,
 };
-pub(super) use shape::{Footprint, foot_of};
+pub(super) use shape::{Footprint, HalfPlane, foot_of};

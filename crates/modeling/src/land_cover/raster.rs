@@ -3,6 +3,7 @@
 use super::scheme::Scheme;
 use crate::kernel::Samples;
 use crate::raster::{Raster, RasterInfo, SampleType, Window};
+use hedgehop::Size;
 use hedgehop_base::error::{Error, Result};
 
 /// A raster of classes.
@@ -88,8 +89,8 @@ impl ClassRaster {
 }
 
 impl Samples<SampleClass> for ClassRaster {
-    fn size(&self) -> (u32, u32) {
-        (self.info().width, self.info().height)
+    fn size(&self) -> Size {
+        self.info().size()
     }
 
     fn read(&self, window: Window, classes: &mut Vec<SampleClass>) -> Result<()> {

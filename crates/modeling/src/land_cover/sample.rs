@@ -12,6 +12,7 @@ use crate::raster::Window;
 use crate::synthetic::noise::gradient;
 use crate::tint::mix;
 use crate::warp::{self, LevelGrid, RasterPlacement, Rect, TOLERANCE, WarpField};
+use hedgehop::Size;
 use hedgehop::voxel::{Grid, Group, Material, RADIX};
 use hedgehop_base::error::Result;
 
@@ -170,7 +171,7 @@ impl CoverPlace {
             let (column, row) = source.placement.pixel_from_world(x, y)?;
             at = DVec2::new(column, row);
         }
-        let (width, height) = source.samples.size();
+        let Size { width, height } = source.samples.size();
         let is_in = |at: f64, size: u32| (-0.5..f64::from(size) - 0.5).contains(&at);
         (is_in(at.x, width) && is_in(at.y, height)).then_some(Self { at, scale })
     }
@@ -198,14 +199,14 @@ impl CoverPlace {
 }
 
 /// The window of pixels that places ask for, within a raster of this size.
-fn around(places: impl Iterator<Item = CoverPlace>, (width, height): (u32, u32)) -> Option<Window> {
+fn around(places: impl Iterator<Item = CoverPlace>, size: Size) -> Option<Window> {
     let pixels = places.map(|place| place.pixel());
     let joined = |a: [i64; 4], (x, y): (i64, i64)| [a[0].min(x), a[1].min(y), a[2].max(x), a[3].max(y)];
     let all = pixels
         .fold(None, |all: Option<[i64; 4]>, (x, y)| Some(joined(all.unwrap_or([x, y, x, y]), (x, y))))?;
     let [x0, y0] = [all[0], all[1]].map(|first| (first - BESIDE).max(0) as u32);
-    let x1 = (all[2] + BESIDE + 1).min(i64::from(width)) as u32;
-    let y1 = (all[3] + BESIDE + 1).min(i64::from(height)) as u32;
+    let x1 = (all[2] + BESIDE + 1).min(i64::from(size.width)) as u32;
+    let y1 = (all[3] + BESIDE + 1).min(i64::from(size.height)) as u32;
     Some(Window { x: x0, y: y0, width: x1 - x0, height: y1 - y0 })
 }
 
@@ -217,7 +218,7 @@ struct CoverPixels<'w> {
 
 impl CoverPixels<'_> {
     /// Number of a pixel's material, 0 if none is known there; beside the window as at its edge.
-    fn material(&self, (x, y): (i64, i64)) -> u8 {
+    fn material(&self, x: i64, y: i64) -> u8 {
         let Window { x: x0, y: y0, width, height } = self.window;
         let column = (x - i64::from(x0)).clamp(0, i64::from(width) - 1) as usize;
         let row = (y - i64::from(y0)).clamp(0, i64::from(height) - 1) as usize;
@@ -228,7 +229,8 @@ impl CoverPixels<'_> {
     }
 
     fn cover(&self, place: &CoverPlace, materials: &Materials) -> LandCover {
-        let material = self.material(place.pixel());
+        let (x, y) = place.pixel();
+        let material = self.material(x, y);
         if material == 0 {
             return LandCover::default();
         }
@@ -247,7 +249,7 @@ impl CoverPixels<'_> {
         for (row, down) in (y..).zip(rows) {
             for (column, across) in (x..).zip(columns) {
                 // Where nothing is known beside it, it goes on.
-                let found = self.material((column, row));
+                let found = self.material(column, row);
                 shares.add(if found == 0 { material } else { found }, (across * down) as f32);
             }
         }

@@ -19,7 +19,7 @@ const LATTICE: u32 = 32;
 const TOGETHER: u32 = 1 << 20;
 
 /// Says what is unknown around the area: a sentence for numbers that the scheme does not have, and one if nothing there is known.
-pub(crate) fn unknown(source: &CoverInput, grid: &Grid, (file, scheme): (&str, &str)) -> Result<Vec<String>> {
+pub(crate) fn unknown(source: &CoverInput, grid: &Grid, file: &str, scheme: &str) -> Result<Vec<String>> {
     let Some(window) = window(source, grid) else {
         return Ok(vec![format!(
             "{file} lies outside the area and tells nothing; check its reference system"
@@ -82,11 +82,11 @@ fn window(source: &CoverInput, grid: &Grid) -> Option<Window> {
     let joined = |a: [f64; 4], (x, y): (f64, f64)| [a[0].min(x), a[1].min(y), a[2].max(x), a[3].max(y)];
     let all = pixels
         .fold(None, |all: Option<[f64; 4]>, (x, y)| Some(joined(all.unwrap_or([x, y, x, y]), (x, y))))?;
-    let (width, height) = source.samples.size();
+    let size = source.samples.size();
     let range = |low: f64, high: f64, size: u32| {
         let (first, last) = ((low + 0.5).floor().max(0.0), (high + 0.5).floor().min(f64::from(size) - 1.0));
         (first <= last).then_some((first as u32, (last - first) as u32 + 1))
     };
-    let ((x, width), (y, height)) = (range(all[0], all[2], width)?, range(all[1], all[3], height)?);
+    let ((x, width), (y, height)) = (range(all[0], all[2], size.width)?, range(all[1], all[3], size.height)?);
     Some(Window { x, y, width, height })
 }

@@ -19,11 +19,14 @@ fn slope(x: f64, y: f64) -> f64 {
 }
 
 fn merged(databases: &[&MemPages], feather: f64) -> (MemPages, Merged) {
-    let named: Vec<(&dyn PageSource, &str)> =
-        databases.iter().map(|pages| (*pages as &dyn PageSource, "a.hop")).collect();
+    let named: Vec<MergeInput<'_>> =
+        databases.iter().map(|pages| MergeInput { source: *pages, name: "a.hop" }).collect();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("whole.hop");
-    let report = Merger::new(&named, feather).unwrap().write((&path, false), 2, &Silent).unwrap();
+    let report = Merger::new(&named, feather)
+        .unwrap()
+        .write(OutputFile { path: &path, overwrite: false }, 2, &Silent)
+        .unwrap();
     let whole = MemPages::from_bytes("whole", &std::fs::read(&path).unwrap()).unwrap();
     let verdict = verify(&whole, &Silent).unwrap();
     assert!(verdict.is_sound(), "{:?}", verdict.problems);
@@ -111,7 +114,8 @@ fn what_does_not_fit_is_refused() {
     for (second, words) in
         [(&coarse, "voxels of 4 m"), (&aside, "aside"), (&datum, "heights are measured"), (&far, "far apart")]
     {
-        let told = Merger::new(&[(&one, "a.hop"), (second, "b.hop")], 0.0).err().unwrap().to_string();
+        let pair = [MergeInput { source: &one, name: "a.hop" }, MergeInput { source: second, name: "b.hop" }];
+        let told = Merger::new(&pair, 0.0).err().unwrap().to_string();
         assert!(told.contains(words), "{told}");
     }
 }

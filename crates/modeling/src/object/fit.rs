@@ -15,7 +15,7 @@ use super::bands::banded;
 use super::mask::{Mask, MaskForm, RAYS, place};
 use super::rays::{RayCell, Steep, Stretch};
 use super::soup::Soup;
-use crate::features::{Solid, Wall};
+use crate::features::{HalfPlane, Solid, Wall};
 use hedgehop_base::colour::srgb8_from_linear;
 
 /// Gap of heights at which a layer is split, and rise of a sheet's places over its plane that is foliage, in voxels.
@@ -113,18 +113,19 @@ impl Over<'_> {
         let ends = [mean(layer, |stretch| stretch.low), mean(layer, |stretch| stretch.high)];
         let beside = beside(steep, ends);
         let dense = beside.iter().filter(|steep| !steep.is_sheet);
-        let facings: Vec<(DVec2, f64)> = dense
+        let facings: Vec<HalfPlane> = dense
             .filter_map(|steep| {
-                Some((steep.normal.try_normalize()?, steep.distance / steep.area / self.spacing))
+                let normal = steep.normal.try_normalize()?;
+                Some(HalfPlane { normal, distance: steep.distance / steep.area / self.spacing })
             })
             .collect();
-        let turned = |(outside, reach): (DVec2, f64)| (outside.to_angle(), reach * self.spacing);
+        let turned = |half: HalfPlane| (half.facing(), half.distance * self.spacing);
         let form = mask.form(&facings);
 
         let (wall, opacity) = match form {
             MaskForm::Whole => (Wall::Whole, 1.0),
-            MaskForm::Half(outside, reach) | MaskForm::Strip(outside, reach) => {
-                let (facing, distance_m) = turned((outside, reach));
+            MaskForm::Half(half) | MaskForm::Strip(half) => {
+                let (facing, distance_m) = turned(half);
                 (Wall::Plane { facing, distance_m }, 1.0)
             }
             MaskForm::Corner(walls) => (Wall::Corner(walls.map(turned)), 1.0),

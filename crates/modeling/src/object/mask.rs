@@ -5,6 +5,8 @@
 
 use glam::{DVec2, dvec2};
 
+use crate::features::HalfPlane;
+
 /// Places of a voxel.
 pub(super) const RAYS: usize = 64;
 
@@ -25,14 +27,29 @@ pub(super) fn place(ray: usize) -> DVec2 {
 pub(super) enum MaskForm {
     /// All of the voxel.
     Whole,
-    /// A half-plane: direction of its outside, and how far in that direction it reaches from the voxel's centre, in voxels.
-    Half(DVec2, f64),
+    /// A half-plane, in voxels from the voxel's centre.
+    Half(HalfPlane),
     /// Two half-planes, of which it has what both share.
-    Corner([(DVec2, f64); 2]),
+    Corner([HalfPlane; 2]),
     /// A strip from side to side of the voxel, as a half-plane.
-    Strip(DVec2, f64),
+    Strip(HalfPlane),
     /// Something within.
     Island,
+}
+
+/// Half-plane that stands for a mask.
+#[derive(Debug, Clone, Copy)]
+struct HalfFit {
+    half: HalfPlane,
+    /// Places of the voxel that are others.
+    wrong: u32,
+}
+
+/// Two half-planes that stand for a mask.
+struct CornerFit {
+    halves: [HalfPlane; 2],
+    /// Places of the voxel that are others.
+    wrong: u32,
 }
 
 /// Places that are covered.
@@ -66,81 +83,82 @@ impl Mask {
         self.rays().map(place).sum::<DVec2>() / self.count().max(1) as f64
     }
 
-    /// The half-plane towards `outside` that covers as many places: how many of them are others, and how far it reaches.
-    fn half(self, outside: DVec2) -> (u32, f64) {
-        let mut along: Vec<(f64, usize)> = (0..RAYS).map(|ray| (place(ray).dot(outside), ray)).collect();
+    /// The half-plane towards `normal` that covers as many places.
+    fn half(self, normal: DVec2) -> HalfFit {
+        let mut along: Vec<(f64, usize)> = (0..RAYS).map(|ray| (place(ray).dot(normal), ray)).collect();
         along.sort_by(|a, b| a.0.total_cmp(&b.0));
         let count = self.count();
         let mut covered = Self::default();
         along[..count].iter().for_each(|(_, ray)| covered.add(*ray));
-        let reach = outside.abs().dot(DVec2::splat(0.5));
+        let reach = normal.abs().dot(DVec2::splat(0.5));
         let before = if count == 0 { -reach } else { along[count - 1].0 };
         let after = along.get(count).map_or(reach, |(at, _)| *at);
-        ((covered.0 ^ self.0).count_ones(), 0.5 * (before + after))
+        let half = HalfPlane { normal, distance: 0.5 * (before + after) };
+        HalfFit { half, wrong: (covered.0 ^ self.0).count_ones() }
     }
 
     /// Counts the places that differ from those within half-planes.
-    fn differs(self, halves: &[(DVec2, f64)]) -> u32 {
-        let is_within = |ray: usize| halves.iter().all(|(outside, reach)| place(ray).dot(*outside) <= *reach);
+    fn differs(self, halves: &[HalfPlane]) -> u32 {
+        let is_within = |ray: usize| halves.iter().all(|half| place(ray).dot(half.normal) <= half.distance);
         (0..RAYS).filter(|ray| is_within(*ray) != self.holds(*ray)).count() as u32
     }
 
-    /// The two of some half-planes that have in common what is nearest to what is covered, and in how many places that differs.
-    fn corner(self, facings: &[(DVec2, f64)]) -> Option<(u32, [(DVec2, f64); 2])> {
+    /// The two of some half-planes that have in common what is nearest to what is covered.
+    fn corner(self, facings: &[HalfPlane]) -> Option<CornerFit> {
         let pairs = facings
             .iter()
             .enumerate()
             .flat_map(|(at, one)| facings[at + 1..].iter().map(|other| [*one, *other]));
-        pairs.map(|pair| (self.differs(&pair), pair)).min_by_key(|(wrong, _)| *wrong)
+        let fits = pairs.map(|halves| CornerFit { halves, wrong: self.differs(&halves) });
+        fits.min_by_key(|fit| fit.wrong)
     }
 
-    /// Finds the form, if faces may look in `facings`, each so far from the voxel's centre (voxels).
-    pub fn form(self, facings: &[(DVec2, f64)]) -> MaskForm {
+    /// Finds the form, if `facings` are the half-planes within faces, in voxels from the voxel's centre.
+    pub fn form(self, facings: &[HalfPlane]) -> MaskForm {
         let count = self.count();
-        if let [(outside, own)] = facings
+        if let [own] = facings
             && count + 1 >= RAYS
-            && self.differs(&[(*outside, *own)]) <= 1
+            && self.differs(&[*own]) <= 1
         {
             // A corner of the voxel that no ray meets.
-            return MaskForm::Half(*outside, *own);
+            return MaskForm::Half(*own);
         }
         if count + 1 >= RAYS {
             return MaskForm::Whole;
         }
 
-        let tried = |outside: DVec2| (self.half(outside), outside);
-        let told = |(outside, own): &(DVec2, f64)| {
-            let ((wrong, reach), outside) = tried(*outside);
+        let told = |own: &HalfPlane| {
+            let tried = self.half(own.normal);
             // Faces tell it exactly, where they are one wall.
-            let own_wrong = self.differs(&[(outside, *own)]);
-            if own_wrong <= wrong.max(1) { ((own_wrong, *own), outside) } else { ((wrong, reach), outside) }
+            let wrong = self.differs(&[*own]);
+            if wrong <= tried.wrong.max(1) { HalfFit { half: *own, wrong } } else { tried }
         };
-        let told = facings.iter().map(told).min_by_key(|((wrong, _), _)| *wrong);
+        let told = facings.iter().map(told).min_by_key(|fit| fit.wrong);
 
         // Faces tell the direction exactly; another one must be far better.
         const BETTER: u32 = 5;
 
-        let least = told.map_or(u32::MAX, |((wrong, _), _)| wrong);
+        let least = told.map_or(u32::MAX, |fit| fit.wrong);
         let best = if least <= BETTER {
             told
         } else {
             let turns = (0..DIRECTIONS).map(|turn| {
-                tried(DVec2::from_angle(std::f64::consts::TAU * turn as f64 / DIRECTIONS as f64))
+                self.half(DVec2::from_angle(std::f64::consts::TAU * turn as f64 / DIRECTIONS as f64))
             });
-            let free = turns.min_by_key(|((wrong, _), _)| *wrong);
-            free.filter(|((wrong, _), _)| wrong + BETTER < least).or(told)
+            let free = turns.min_by_key(|fit| fit.wrong);
+            free.filter(|fit| fit.wrong + BETTER < least).or(told)
         };
 
-        let Some(((wrong, reach), outside)) = best else { return MaskForm::Island };
+        let Some(HalfFit { half, wrong }) = best else { return MaskForm::Island };
         let most = (count.min(RAYS - count) as u32).div_ceil(2);
-        if let Some((corner_wrong, walls)) = self.corner(facings)
-            && corner_wrong + 1 < wrong
-            && corner_wrong <= most
+        if let Some(corner) = self.corner(facings)
+            && corner.wrong + 1 < wrong
+            && corner.wrong <= most
         {
-            return MaskForm::Corner(walls);
+            return MaskForm::Corner(corner.halves);
         }
         if wrong <= most {
-            return MaskForm::Half(outside, reach);
+            return MaskForm::Half(half);
         }
 
         self.strip().unwrap_or(MaskForm::Island)
@@ -168,9 +186,10 @@ impl Mask {
         }
 
         let across = along.perp();
-        let outside = if middle.dot(across) >= 0.0 { across } else { -across };
-        let [low, high] = spread(outside);
+        let normal = if middle.dot(across) >= 0.0 { across } else { -across };
+        let [low, high] = spread(normal);
+        let half = HalfPlane { normal, distance: high + 0.5 / RAYS as f64 };
 
-        (high - low < 0.75 * (to - from)).then_some(MaskForm::Strip(outside, high + 0.5 / RAYS as f64))
+        (high - low < 0.75 * (to - from)).then_some(MaskForm::Strip(half))
     }
 }

@@ -25,6 +25,6 @@ mod tests;
 pub use built_in::BuiltIn;
 pub(super) use open::{OpenObject, OpenScatter, open_object, open_scatter};
 pub use options::{ObjectFile, ScatterFile, ScatterForm};
-pub(super) use placing::Objects;
+pub(super) use placing::{ObjectGround, Objects};
 pub(super) use shape::Shape;
 pub use soup::Stance;

@@ -22,7 +22,7 @@ use crate::Materials;
 use crate::build_cache::{Key, Keyer};
 use crate::features::Square;
 use crate::naming::file_name;
-use crate::natural::NaturalGround;
+use crate::natural::{NaturalBlock, NaturalGround};
 use crate::placing::{self, Collection, Raised};
 use crate::plan::Plan;
 use crate::warp::{LevelGrid, Rect};
@@ -68,6 +68,17 @@ struct PlacedStock {
     key: Key,
 }
 
+/// Ground around a block that objects may stand on.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ObjectGround<'a> {
+    /// Natural ground of the block with its margin.
+    pub natural: NaturalBlock<'a>,
+    /// Numbers of its voxels' materials, if scatters [ask](Objects::ask_for_materials) for them; else none.
+    pub materials: &'a [u8],
+    /// Voxels that features change.
+    pub features: &'a [bool],
+}
+
 /// All objects and scatters of a database.
 #[derive(Debug)]
 pub(crate) struct Objects {
@@ -88,10 +99,12 @@ impl Objects {
     /// # Errors
     /// A model that is too large for the database's voxels, an area that has no place in its system, ground that cannot be read.
     pub fn new(
-        (objects, scatters): (Vec<OpenObject>, Vec<OpenScatter>),
+        objects: Vec<OpenObject>,
+        scatters: Vec<OpenScatter>,
         plan: &Plan,
         ground: &mut dyn NaturalGround,
-        (materials, highest): (&Materials, f64),
+        materials: &Materials,
+        highest: f64,
     ) -> Result<(Self, Vec<String>)> {
         let mut all = Self {
             soups: Vec::new(),
@@ -107,7 +120,7 @@ impl Objects {
             all.place(object, plan, ground, &mut notes)?;
         }
         for scatter in scatters {
-            all.scatter(scatter, plan, (materials, highest))?;
+            all.scatter(scatter, plan, materials, highest)?;
         }
         Ok((all, notes))
     }
@@ -173,7 +186,8 @@ impl Objects {
         &mut self,
         scatter: OpenScatter,
         plan: &Plan,
-        (materials, highest): (&Materials, f64),
+        materials: &Materials,
+        highest: f64,
     ) -> Result<()> {
         scatter.fits(&plan.grid)?;
         let areas = scatter.areas(&plan.crs)?;
@@ -276,16 +290,16 @@ impl Objects {
         ))
     }
 
-    /// Raises their solids over a block, with their index in it, and what is placed there as objects of the database. `wide` is the block with its margin, `natural` its ground (metres, NaN where there is
-    /// none), `materials` what that is made of, if they [ask](Self::ask_for_materials), and `features` which of its voxels these change.
+    /// Raises their solids over a block, with their index in it, and what is placed there as objects of the database. `ground` is that of the
+    /// block with its margin.
     pub fn solids(
         &self,
         rect: Rect,
-        (wide, natural): (Rect, &[f64]),
-        (materials, features): (&[u8], &[bool]),
-        (level, code): (&LevelGrid, &HeightCode),
+        ground: ObjectGround<'_>,
+        level: &LevelGrid,
+        code: &HeightCode,
     ) -> Raised {
-        let placements = self.placements((wide, natural), (materials, features), level);
+        let placements = self.placements(ground, level);
         let (mut own, mut placed) = (Vec::new(), Vec::new());
         for placement in placements {
             match self.shared(&placement, level, code) {
@@ -299,12 +313,8 @@ impl Objects {
     }
 
     /// All that may stand on a block, objects first.
-    fn placements(
-        &self,
-        (wide, natural): (Rect, &[f64]),
-        (materials, features): (&[u8], &[bool]),
-        level: &LevelGrid,
-    ) -> Vec<Placement> {
+    fn placements(&self, ground: ObjectGround<'_>, level: &LevelGrid) -> Vec<Placement> {
+        let ObjectGround { natural: NaturalBlock { rect: wide, heights }, materials, features } = ground;
         let spacing = level.grid.spacing;
         let near = self.placed.iter().filter(|placed| reaches(placed.reach, wide, 2, level));
         let mut placements: Vec<Placement> = near
@@ -338,7 +348,7 @@ impl Objects {
             rows: wide.height(),
         };
 
-        let site = ScatterSite { square, heights: natural, materials, features, objects: &objects };
+        let site = ScatterSite { square, heights, materials, features, objects: &objects };
         for (scatter, _) in &self.scatters {
             let is_seen = |number: &u32| {
                 let [low, high] = self.soups[self.stocks[*number as usize].soup].corners;
@@ -364,7 +374,7 @@ impl Objects {
                 let local = (place - self.origin) / spacing;
                 local - local.floor()
             });
-            Shape::of(&self.soups[stock.soup], spacing, phase, (stock.material, stock.stands))
+            Shape::of(&self.soups[stock.soup], spacing, phase, stock.material, stock.stands)
         };
         stock.shapes[usize::from(level.level).min(LEVELS - 1)].get_or_init(make)
     }

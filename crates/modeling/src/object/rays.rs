@@ -111,7 +111,7 @@ impl RayWindow {
                     let cell = &mut cells[row * self.columns + column];
                     let centre = self.centre(column, row);
                     if rise != 0.0 {
-                        self.cross(soup, (number, face), centre, cell);
+                        self.cross(soup, number, centre, cell);
                     }
                     if rise.abs() < STEEP {
                         self.lean(soup, face, centre, cell);
@@ -125,7 +125,8 @@ impl RayWindow {
     }
 
     /// Rays of a voxel that pass a face.
-    fn cross(&self, soup: &Soup, (number, face): (u32, &Face), centre: DVec2, cell: &mut RayCell) {
+    fn cross(&self, soup: &Soup, number: u32, centre: DVec2, cell: &mut RayCell) {
+        let face = &soup.faces[number as usize];
         let [a, b, c] = face.corners.map(|corner| dvec2(corner.x, corner.y));
         let across = face.across();
         let is_masked = soup.materials[face.material as usize].cutoff;

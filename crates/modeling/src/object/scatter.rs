@@ -94,13 +94,13 @@ impl Scatter {
                     && within.as_ref().is_none_or(|within| within[index])
                     && self.suits(site, column, row)
                 {
-                    out.push(self.placement(chance, site, (column, row)));
+                    out.push(self.placement(chance, site, column, row));
                 }
             }
         }
     }
 
-    fn placement(&self, chance: Chance, site: &ScatterSite<'_>, (column, row): (usize, usize)) -> Placement {
+    fn placement(&self, chance: Chance, site: &ScatterSite<'_>, column: usize, row: usize) -> Placement {
         let pick = |index: u64, count: usize| ((chance.of(index) * count as f64) as usize).min(count - 1);
         let scales = &self.shapes[pick(2, self.shapes.len())];
         Placement {

@@ -45,7 +45,7 @@ impl Shape {
 
     /// Converts a model that was checked, whose foot is at `phase` from the south-west corner of voxel (0, 0), in voxels, 0…1. What `stands` has its lowest
     /// parts on the ground, wherever that is below them.
-    pub(super) fn of(soup: &Soup, spacing: f64, phase: DVec2, (material, stands): (u8, bool)) -> Self {
+    pub(super) fn of(soup: &Soup, spacing: f64, phase: DVec2, material: u8, stands: bool) -> Self {
         let [low, high] = soup.corners.map(|corner| dvec2(corner.x, corner.y) / spacing + phase);
         let (first, last) = (low.floor(), high.floor());
         let size = last - first + 1.0;

@@ -96,7 +96,7 @@ fn boxes_have_straight_walls_at_any_heading() {
         (45.0, 0.5, DVec2::ZERO),
         (120.0, 1.0, dvec2(0.7, 0.1)),
     ] {
-        let shape = Shape::of(&soup(&cuboid(half), heading), spacing, phase, (0, true));
+        let shape = Shape::of(&soup(&cuboid(half), heading), spacing, phase, 0, true);
         let axes = [0.0_f64, 90.0].map(|turn| DVec2::from_angle((turn - heading).to_radians()));
         for (axis, far, along, wide) in
             [(axes[0], half.x, axes[1], half.y), (axes[1], half.y, axes[0], half.x)]
@@ -127,7 +127,7 @@ fn boxes_have_straight_walls_at_any_heading() {
 #[test]
 fn balls_keep_their_volume() {
     for (spacing, phase) in [(1.0, dvec2(0.5, 0.5)), (0.5, dvec2(0.1, 0.8)), (2.0, DVec2::ZERO)] {
-        let shape = Shape::of(&soup(&ball(6.0, 40), 0.0), spacing, phase, (0, true));
+        let shape = Shape::of(&soup(&ball(6.0, 40), 0.0), spacing, phase, 0, true);
         let found = volume(&shape, spacing, 8.0, phase);
         let wanted = 4.0 / 3.0 * PI * 216.0;
         assert!((found / wanted - 1.0).abs() < 0.03, "{spacing}: {found} of {wanted}");
@@ -139,7 +139,7 @@ fn open_sheets_are_thin_and_slope() {
     // A plane of 8 by 8 m that rises eastward, from 4 m on.
     let corner = |x: f64, y: f64| DVec3::new(x, y, 6.0 + 0.5 * x);
     let [a, b, c, d] = [corner(-4.0, -4.0), corner(4.0, -4.0), corner(4.0, 4.0), corner(-4.0, 4.0)];
-    let shape = Shape::of(&soup(&[[a, b, c], [a, c, d]], 0.0), 1.0, DVec2::ZERO, (0, true));
+    let shape = Shape::of(&soup(&[[a, b, c], [a, c, d]], 0.0), 1.0, DVec2::ZERO, 0, true);
 
     for x in -4..4 {
         let [solid] = shape.over([x, 1]) else { panic!("{x}: {:?}", shape.over([x, 1])) };
@@ -153,7 +153,7 @@ fn open_sheets_are_thin_and_slope() {
     // One that stands is a wall.
     let corner = |y: f64, z: f64| DVec3::new(0.3, y, z);
     let [a, b, c, d] = [corner(-4.0, 0.0), corner(4.0, 0.0), corner(4.0, 3.0), corner(-4.0, 3.0)];
-    let shape = Shape::of(&soup(&[[a, b, c], [a, c, d]], 0.0), 1.0, DVec2::ZERO, (0, true));
+    let shape = Shape::of(&soup(&[[a, b, c], [a, c, d]], 0.0), 1.0, DVec2::ZERO, 0, true);
     let [solid] = shape.over([0, 2]) else { panic!("{:?}", shape.over([0, 2])) };
     assert!(
         matches!(solid.wall, Wall::Plane { distance_m, .. } if (distance_m - 0.2).abs() < 1e-9),
@@ -167,7 +167,7 @@ fn holes_do_not_leak() {
     let whole = ball(6.0, 40);
     let phase = dvec2(0.5, 0.5);
     let volume_of = |triangles: &[[DVec3; 3]]| {
-        volume(&Shape::of(&soup(triangles, 0.0), 1.0, phase, (0, true)), 1.0, 8.0, phase)
+        volume(&Shape::of(&soup(triangles, 0.0), 1.0, phase, 0, true), 1.0, 8.0, phase)
     };
     let all = volume_of(&whole);
 
@@ -205,7 +205,7 @@ fn textures_colour_tops_and_holes_in_them_let_light_through() {
         Material { texture: Some(Arc::new(texture)), cutoff: Some(0.5), ..Material::of(Some(Vec3::ONE)) };
     let triangle = [DVec3::new(-8.0, -8.0, 3.0), DVec3::new(8.0, -8.0, 3.0), DVec3::new(-8.0, 8.0, 3.0)];
     let places = [Vec2::new(0.0, 1.0), Vec2::new(1.0, 1.0), Vec2::new(0.0, 0.0)];
-    let shape = Shape::of(&textured(&[triangle], places, material, 0.0), 1.0, DVec2::ZERO, (0, true));
+    let shape = Shape::of(&textured(&[triangle], places, material, 0.0), 1.0, DVec2::ZERO, 0, true);
     let [solid] = shape.over([-6, -6]) else { panic!() };
     assert!(solid.top[0] > 180 && solid.top[2] < 5, "{solid:?}");
     let [solid] = shape.over([4, -6]) else { panic!() };
@@ -216,19 +216,19 @@ fn textures_colour_tops_and_holes_in_them_let_light_through() {
 #[test]
 fn poles_that_rays_miss_are_there() {
     let pole = cuboid(DVec3::new(0.05, 0.05, 3.0));
-    let shape = Shape::of(&soup(&pole, 0.0), 1.0, dvec2(0.5, 0.5), (0, true));
+    let shape = Shape::of(&soup(&pole, 0.0), 1.0, dvec2(0.5, 0.5), 0, true);
     let [solid] = shape.over([0, 0]) else { panic!("{:?}", shape.over([0, 0])) };
     assert!((0.06..0.2).contains(&solid.opacity) && (solid.high_m - 6.0).abs() < 1e-6, "{solid:?}");
     // A garden wall of 20 cm hides all behind it.
     let wall = cuboid(DVec3::new(5.0, 0.1, 1.0));
-    let shape = Shape::of(&soup(&wall, 0.0), 1.0, dvec2(0.5, 0.5), (0, true));
+    let shape = Shape::of(&soup(&wall, 0.0), 1.0, dvec2(0.5, 0.5), 0, true);
     for x in -4..=4 {
         let [solid] = shape.over([x, 0]) else { panic!("{:?}", shape.over([x, 0])) };
         let Wall::Corner(sides) = solid.wall else { panic!("{solid:?}") };
         assert!(solid.opacity == 1.0 && sides.iter().all(|(_, distance_m)| (distance_m - 0.1).abs() < 1e-9));
     }
     // Nothing stands beside a wall that ends with its voxel.
-    let shape = Shape::of(&soup(&cuboid(DVec3::new(3.0, 3.0, 1.0)), 0.0), 1.0, DVec2::ZERO, (0, true));
+    let shape = Shape::of(&soup(&cuboid(DVec3::new(3.0, 3.0, 1.0)), 0.0), 1.0, DVec2::ZERO, 0, true);
     assert!(shape.over([3, 0]).is_empty() && shape.over([-4, 0]).is_empty());
 }
 
@@ -239,7 +239,7 @@ fn eight_ways_to_lay_a_shape() {
         .chain(cuboid(DVec3::new(0.7, 3.3, 4.0)).into_iter().map(|t| t.map(|corner| corner + DVec3::X * 2.9)))
         .collect();
     let phase = dvec2(0.5, 0.5);
-    let shape = Shape::of(&soup(&triangles, 20.0), 1.0, phase, (0, true));
+    let shape = Shape::of(&soup(&triangles, 20.0), 1.0, phase, 0, true);
 
     for number in 0..8 {
         let symmetry = Symmetry::new(number);
@@ -258,7 +258,7 @@ fn eight_ways_to_lay_a_shape() {
             })
             .collect();
 
-        let wanted = Shape::of(&soup(&moved, 0.0), 1.0, phase, (0, true));
+        let wanted = Shape::of(&soup(&moved, 0.0), 1.0, phase, 0, true);
         let (mut there, mut same) = (0, 0);
         for voxel in (-8..8).flat_map(|y| (-8..8).map(move |x| [x, y])) {
             let laid: Vec<Solid> =
@@ -311,7 +311,7 @@ fn parts_above_each_other_keep_their_air() {
     ] {
         let context = format!("{pitch} m apart, voxels of {spacing} m, turned by {heading}");
         let phase = dvec2(0.3, 0.6);
-        let shape = Shape::of(&soup(&slabs(pitch), heading), spacing, phase, (0, true));
+        let shape = Shape::of(&soup(&slabs(pitch), heading), spacing, phase, 0, true);
         let mut solids = 0;
 
         for voxel in (-50..50).flat_map(|y| (-50..50).map(move |x| [x, y])) {
@@ -329,7 +329,7 @@ fn parts_above_each_other_keep_their_air() {
     }
 
     // Without air between them they are one.
-    let shape = Shape::of(&soup(&slabs(1.0), 0.0), 1.0, DVec2::ZERO, (0, true));
+    let shape = Shape::of(&soup(&slabs(1.0), 0.0), 1.0, DVec2::ZERO, 0, true);
     let [solid] = shape.over([4, 2]) else { panic!("{:?}", shape.over([4, 2])) };
     assert_eq!((solid.low_m, solid.high_m), (None, 4.0));
 }

@@ -60,14 +60,14 @@ impl PageMaker<'_> {
     pub(super) fn draped(
         &mut self,
         rect: Rect,
-        (around, ground): (Rect, &PageGround),
+        ground: &PageGround,
         built: Option<&mut Built>,
     ) -> Result<VoxelBlock> {
         let pigments = self.drape.pigments(rect)?;
         let covers = self.cover.over(rect, self.level.level)?;
         if let Some(built) = built {
             cloud::drape(&mut built.solids[built.uncoloured.clone()], |index| {
-                let pigment = &pigments[within(rect, around, index)?];
+                let pigment = &pigments[within(rect, ground.surface.rect, index)?];
                 let colour = pigment.linear.map(|linear| srgb8_from_linear(linear / pigment.alpha));
                 (pigment.alpha >= 0.5).then_some(colour)
             });
@@ -146,7 +146,7 @@ impl PageMaker<'_> {
     }
 
     /// Puts what was built over `around` on the voxels of a block, whose heights are those of its bare ground.
-    pub(super) fn put(&self, made: &mut MadeBlock, rect: Rect, (around, built): (Rect, &Built)) {
+    pub(super) fn put(&self, made: &mut MadeBlock, rect: Rect, built: &Built, around: Rect) {
         let Project { code, grid, .. } = self.project;
         let inside = |index: usize| within(rect, around, index);
         let VoxelBlock { heights, colours, attributes, .. } = &mut made.voxels;

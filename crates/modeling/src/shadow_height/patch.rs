@@ -8,6 +8,7 @@ use super::bounds::PlaceBounds;
 use super::sunward::Sunward;
 use crate::opened::Opened;
 use crate::raster::Window;
+use hedgehop::Size;
 use hedgehop_base::colour::linear_of_codes;
 use hedgehop_base::error::{Error, Result};
 use hedgehop_geo::{Crs, Transform};
@@ -71,7 +72,7 @@ impl<T: Copy> PlacedRaster<T> {
         let corners = [low, dvec2(high.x, low.y), high, dvec2(low.x, high.y)]
             .map(|corner| pixel_from_place * (corner - origin));
         let rows: Vec<f64> = corners.iter().map(|corner| corner.y).collect();
-        let (width, height) = self.samples.size();
+        let Size { width, height } = self.samples.size();
         let Some((first, last)) = range(&rows, height) else { return Ok(Cut::Nothing) };
         let spans: Vec<Option<(u32, u32)>> = (first..=last).map(|row| span(&corners, row, width)).collect();
         let count: usize = spans.iter().flatten().map(|(from, to)| (to - from + 1) as usize).sum();

@@ -18,6 +18,7 @@ use super::super::placed::ElevationInput;
 use super::noise::Waves;
 use crate::raster::Window;
 use crate::synthetic::{Detail, Lattice, Roughness};
+use hedgehop::Size;
 use hedgehop_base::error::Result;
 
 impl Detail {
@@ -146,7 +147,7 @@ pub(crate) struct Amplitudes<'a> {
 }
 
 impl Samples<f64> for RasterPosts<'_> {
-    fn size(&self) -> (u32, u32) {
+    fn size(&self) -> Size {
         self.samples.size()
     }
 
@@ -162,7 +163,7 @@ impl Samples<f64> for RasterPosts<'_> {
 }
 
 impl Samples<f64> for Amplitudes<'_> {
-    fn size(&self) -> (u32, u32) {
+    fn size(&self) -> Size {
         self.samples.size()
     }
 
@@ -185,7 +186,7 @@ struct Sheet {
 
 impl Sheet {
     fn around(samples: &dyn Samples<f64>, window: Window, scratch: &mut Vec<f64>) -> Result<Self> {
-        let (width, height) = samples.size();
+        let Size { width, height } = samples.size();
         let grown = |first: u32, count: u32, size: u32| {
             let low = first.saturating_sub(MARGIN);
             (low, (first + count).saturating_add(MARGIN).min(size) - low)

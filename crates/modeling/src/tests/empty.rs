@@ -8,7 +8,7 @@ use crate::disk_space::DiskSpace;
 use crate::inputs::Inputs;
 use crate::opened::Opened;
 use crate::reach::Reach;
-use crate::{Baking, ExtractPart, Merger, NodataFill, bake_shadows, extract, plan};
+use crate::{Baking, ExtractPart, MergeInput, Merger, NodataFill, OutputFile, bake_shadows, extract, plan};
 use hedgehop::sunlight::Sun;
 use hedgehop::voxel::{MemPages, PageId, PageSource, in_full, verify};
 use hedgehop_base::progress::Silent;
@@ -117,7 +117,9 @@ fn parts_wholes_and_shadows_are_those_of_a_database_in_full() {
         let [part, wanted] = both.map(|source: &MemPages| {
             let pages: Vec<PageId> = source.directory().present().map(|(id, _)| id).collect();
             let part = ExtractPart::around(&area.grid, &pages, bounds).unwrap();
-            written(|path| extract(source, &pages, &part, (path, true), 2, &Silent).unwrap())
+            written(|path| {
+                extract(source, &pages, &part, OutputFile { path, overwrite: true }, 2, &Silent).unwrap()
+            })
         });
         assert!(part == wanted, "{bounds:?}");
         let part = MemPages::from_bytes("part.hop", &part).unwrap();
@@ -129,11 +131,13 @@ fn parts_wholes_and_shadows_are_those_of_a_database_in_full() {
     let other = built(vec![tile(900.0, 900.0)], Vec::new(), |_| {});
     for reversed in [false, true] {
         let [whole, wanted] = both.map(|source: &MemPages| {
-            let mut named: Vec<(&dyn PageSource, &str)> = vec![(source, "a.hop"), (&other.pages, "b.hop")];
+            let mut databases =
+                [MergeInput { source, name: "a.hop" }, MergeInput { source: &other.pages, name: "b.hop" }];
             if reversed {
-                named.reverse();
+                databases.reverse();
             }
-            written(|path| Merger::new(&named, 0.0).unwrap().write((path, true), 2, &Silent).unwrap())
+            let merger = Merger::new(&databases, 0.0).unwrap();
+            written(|path| merger.write(OutputFile { path, overwrite: true }, 2, &Silent).unwrap())
         });
         assert!(whole == wanted, "{reversed}");
         let whole = MemPages::from_bytes("whole.hop", &whole).unwrap();

@@ -21,8 +21,8 @@ struct Sheet<T> {
 }
 
 impl<T: Copy + Send + Sync> Samples<T> for Sheet<T> {
-    fn size(&self) -> (u32, u32) {
-        self.size
+    fn size(&self) -> Size {
+        Size { width: self.size.0, height: self.size.1 }
     }
     fn read(&self, window: Window, samples: &mut Vec<T>) -> Result<()> {
         samples.clear();

@@ -73,8 +73,8 @@ pub fn run(args: &ExtractArgs, interrupt: &Interrupt) -> Outcome {
         "grown to whole pages: x {:.1} to {:.1}, y {:.1} to {:.1}, {} x {} voxels",
         near.x, far.x, near.y, far.y, part.grid.nx, part.grid.ny
     ));
-    let target = (args.output.as_path(), args.making.overwrite);
-    let (_, bytes) = extract(&source, &pages, &part, target, args.making.workers.count(), &reporter)?;
+    let output = OutputFile { path: &args.output, overwrite: args.making.overwrite };
+    let (_, bytes) = extract(&source, &pages, &part, output, args.making.workers.count(), &reporter)?;
     let size = (far - near) / 1000.0;
 
     let text = format!(

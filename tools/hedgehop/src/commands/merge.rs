@@ -9,9 +9,8 @@ use crate::making::Making;
 use crate::progress::Reporter;
 use crate::reference;
 use hedgehop::memory::PageFile;
-use hedgehop::voxel::PageSource;
 use hedgehop::{Error, Result};
-use hedgehop_modeling::Merger;
+use hedgehop_modeling::{MergeInput, Merger, OutputFile};
 
 const EXAMPLE: &str = "\
 Examples:
@@ -53,11 +52,11 @@ pub fn run(args: &MergeArgs, interrupt: &Interrupt) -> Outcome {
 
     let files = inputs.iter().map(|path| PageFile::open(path)).collect::<Result<Vec<_>>>()?;
     let names: Vec<String> = inputs.iter().map(|path| path.display().to_string()).collect();
-    let databases: Vec<(&dyn PageSource, &str)> =
-        files.iter().zip(&names).map(|(file, name)| (file as &dyn PageSource, name.as_str())).collect();
+    let databases: Vec<MergeInput<'_>> =
+        files.iter().zip(&names).map(|(source, name)| MergeInput { source, name }).collect();
     let merger = Merger::new(&databases, args.feather)?;
-    let target = (args.output.as_path(), args.making.overwrite);
-    let merged = merger.write(target, args.making.workers.count(), &reporter)?;
+    let output = OutputFile { path: &args.output, overwrite: args.making.overwrite };
+    let merged = merger.write(output, args.making.workers.count(), &reporter)?;
     let grid = merger.grid();
     let size = (grid.far_corner() - grid.origin) / 1000.0;
     let join = &merged.join;

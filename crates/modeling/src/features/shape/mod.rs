@@ -39,6 +39,7 @@ pub use building::BoundBuilding;
 pub(in super::super) use building::foot_of;
 pub use cover::{BoundBarrier, BoundCover, BoundWood};
 pub(in super::super) use footprint::Footprint;
+pub use patch::HalfPlane;
 pub use prepare::prepare;
 pub use round::{BoundTree, BoundUpright};
 pub use solid::{Ground, Solid, Square, Wall};

@@ -4,9 +4,10 @@ use glam::{DVec2, dvec2};
 
 /// Half-plane within a line: `normal · place ≤ distance`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct HalfPlane {
+pub struct HalfPlane {
     /// Unit vector to the outside.
     pub normal: DVec2,
+    /// Distance of the line from the origin in that direction.
     pub distance: f64,
 }
 

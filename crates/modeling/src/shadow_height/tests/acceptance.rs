@@ -83,7 +83,7 @@ fn shadows_that_leave_the_picture_have_no_end() {
     // The shadow falls northward, 64 m; of the picture the south is left.
     for (north, reason) in [(540.0, Reason::OutOfPicture), (470.0, Reason::OutOfPicture)] {
         let mut cut = world(vec![prism.clone()], sun, 5);
-        cut.size = (1000, north as u32);
+        cut.size.height = north as u32;
         assert_eq!(look(cut, &ring, &[], &[]), Seen::Nothing(reason), "{north}");
     }
 }

@@ -11,6 +11,7 @@ use glam::{DVec2, dvec2};
 use super::super::warp::RasterPlacement;
 use super::patch::PlacedRaster;
 use super::sunward::Sunward;
+use hedgehop::Size;
 use hedgehop_geo::{Crs, Transform};
 use synthetic::{Prism, Random, World, hills};
 
@@ -46,14 +47,23 @@ fn ring(random: &mut Random, middle: DVec2) -> Vec<DVec2> {
 
 /// A world of 1000 m by 1000 m with one prism under a sun.
 fn world(prisms: Vec<Prism>, (azimuth, elevation): (f64, f64), seed: u64) -> World {
-    World { prisms, azimuth, elevation, side: 1.0, size: (1000, 1000), seed, texture: 0.35, direct: 0.8 }
+    World {
+        prisms,
+        azimuth,
+        elevation,
+        side: 1.0,
+        size: Size { width: 1000, height: 1000 },
+        seed,
+        texture: 0.35,
+        direct: 0.8,
+    }
 }
 
 /// The world's picture where it lies.
 fn placed(world: World) -> PlacedRaster<[u8; 4]> {
     let (side, size) = (world.side, world.size);
     let same = Transform::new(&Crs::local(), &Crs::local()).unwrap();
-    let geo = [0.0, side, 0.0, f64::from(size.1) * side, 0.0, -side];
+    let geo = [0.0, side, 0.0, f64::from(size.height) * side, 0.0, -side];
     PlacedRaster { placement: RasterPlacement::new(same, &geo, size).unwrap(), samples: Box::new(world) }
 }
 

@@ -6,6 +6,7 @@ use glam::{DVec2, DVec3, dvec2};
 
 use super::super::super::kernel::Samples;
 use crate::raster::Window;
+use hedgehop::Size;
 use hedgehop_base::error::Result;
 
 /// Numbers that follow from a seed (Steele, Lea and Flood 2014, splitmix64).
@@ -104,7 +105,7 @@ pub(super) struct World {
     pub elevation: f64,
     /// Side of a pixel, metres.
     pub side: f64,
-    pub size: (u32, u32),
+    pub size: Size,
     pub seed: u64,
     /// How much the ground's brightness varies, 0…1.
     pub texture: f64,
@@ -170,7 +171,8 @@ impl World {
             let offset =
                 |number: u32, jitter: &mut Random| (f64::from(number) + jitter.share()) / f64::from(PARTS);
             let (u, v) = (offset(part % PARTS, &mut jitter), offset(part / PARTS, &mut jitter));
-            let place = dvec2(f64::from(column) + u, f64::from(self.size.1) - f64::from(row) - v) * self.side;
+            let place =
+                dvec2(f64::from(column) + u, f64::from(self.size.height) - f64::from(row) - v) * self.side;
             let light = self.brightness(place, &mut jitter);
             (0..3).for_each(|i| sum[i] += light[i]);
         }
@@ -188,7 +190,7 @@ impl World {
 }
 
 impl Samples<[u8; 4]> for World {
-    fn size(&self) -> (u32, u32) {
+    fn size(&self) -> Size {
         self.size
     }
     fn read(&self, window: Window, samples: &mut Vec<[u8; 4]>) -> Result<()> {
