@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::features::{Paint, Solid};
+use super::features::{Paint, PlacedSolid, Solid};
 use super::placing::Placed;
 use hedgehop_base::error::Result;
 
@@ -15,7 +15,7 @@ pub(super) struct Built {
     /// Ground itself, likewise; below all of these.
     pub natural: Vec<(usize, Paint, f64)>,
     /// Solids by voxel, in no order.
-    pub solids: Vec<(usize, Solid)>,
+    pub solids: Vec<PlacedSolid>,
     /// Objects that reach the block, by voxel of the area.
     pub placed: Vec<Placed>,
     /// Solids that have no colours of their own.
@@ -32,7 +32,7 @@ impl Built {
     /// The solid that is the surface over each voxel of so many, if one is: the highest that is dense and holds the voxel's centre.
     pub fn surfaces(&self, voxels: usize) -> Vec<Option<&Solid>> {
         let mut surfaces: Vec<Option<&Solid>> = vec![None; voxels];
-        for (index, solid) in &self.solids {
+        for PlacedSolid { voxel: index, solid } in &self.solids {
             let is_surface = solid.wall.holds_centre() && !solid.strip && solid.opacity >= DENSE;
             let known = &mut surfaces[*index];
             if is_surface

@@ -6,7 +6,7 @@
 //! imagery over it                           = mixed with a share of the class's colour
 //! ```
 
-use super::features::Solid;
+use super::features::{PlacedSolid, Solid};
 use hedgehop::voxel::{Material, MaterialRecord};
 use hedgehop_base::colour::linear_from_srgb8;
 
@@ -109,9 +109,9 @@ impl Materials {
         Solid { top: self.moved(material, solid.top), side, ..*solid }
     }
 
-    /// Gives solids by voxel the colours that they have here.
-    pub(super) fn dress(&self, solids: &mut [(usize, Solid)]) {
-        solids.iter_mut().for_each(|(_, solid)| *solid = self.dressed(solid));
+    /// Gives solids the colours that they have here.
+    pub(super) fn dress(&self, solids: &mut [PlacedSolid]) {
+        solids.iter_mut().for_each(|placed| placed.solid = self.dressed(&placed.solid));
     }
 
     /// Returns the database's records of the classes with these numbers.

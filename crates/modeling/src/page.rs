@@ -296,7 +296,7 @@ impl<'a> PageMaker<'a> {
         if avoids && let Some(built) = built {
             let painted = built.paints.iter().map(|(index, ..)| *index);
             painted
-                .chain(built.solids.iter().map(|(index, _)| *index))
+                .chain(built.solids.iter().map(|placed| placed.voxel))
                 .for_each(|index| changed[index] = true);
             for placed in &built.placed {
                 let Some(object) = self.project.shared.get(placed.1) else { continue };

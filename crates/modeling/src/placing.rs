@@ -1,6 +1,6 @@
 //! Objects that pages place: collected while a build begins, laid over blocks while pages are made.
 
-use super::features::Solid;
+use super::features::PlacedSolid;
 use super::materials::Materials;
 use super::object::Shape;
 use super::warp::Rect;
@@ -12,8 +12,8 @@ const MOST_VOXELS: usize = 1 << 22;
 /// An object on the voxels of the area: its south-west one, and the placement without it.
 pub(super) type Placed = ([i64; 2], Placement);
 
-/// Solids and objects on a block, the solids with the index of their voxel.
-pub(super) type Raised = (Vec<(usize, Solid)>, Vec<Placed>);
+/// Solids and objects on a block.
+pub(super) type Raised = (Vec<PlacedSolid>, Vec<Placed>);
 
 /// Objects in the order of their numbers, on the finest voxels of a grid.
 pub(super) struct Collection<'m> {

@@ -1,6 +1,6 @@
 //! Solids of clouds, handed over block by block.
 
-use super::super::features::{Solid, Wall};
+use super::super::features::{PlacedSolid, Solid, Wall};
 use super::super::warp::{LevelGrid, Rect};
 use super::class::PointKind;
 use super::posts::Mix;
@@ -51,8 +51,8 @@ impl CloudSolids {
         self.highest.max(high)
     }
 
-    /// Solids over a block of voxels of a level, with their index in it.
-    pub fn solids(&self, rect: Rect, level: &LevelGrid) -> Result<Vec<(usize, Solid)>> {
+    /// Solids over a block of voxels of a level.
+    pub fn solids(&self, rect: Rect, level: &LevelGrid) -> Result<Vec<PlacedSolid>> {
         let side = i64::from(Grid::side_units(level.level));
         let low = [i64::from(rect.x0) * side, i64::from(rect.y0) * side];
         let high = [i64::from(rect.x1) * side, i64::from(rect.y1) * side];
@@ -75,23 +75,25 @@ impl CloudSolids {
                     let index = rect.index((voxel[0] / side) as u32, (voxel[1] / side) as u32);
                     match piles.get_mut(index) {
                         Some(pile) => SolidPile::add(pile, stored.solid()),
-                        None => found.push((index, stored.solid())),
+                        None => found.push(stored.solid().over(index)),
                     }
                 }
             })?;
         }
 
         let least = (side * side) as u32 / 2;
-        found.extend(piles.iter().enumerate().filter_map(|(index, pile)| Some((index, pile.solid(least)?))));
+        found.extend(
+            piles.iter().enumerate().filter_map(|(index, pile)| Some(pile.solid(least)?.over(index))),
+        );
         Ok(found)
     }
 }
 
 /// Gives roofs, decks and plants the colours that the ground below them has in imagery, if it has; wires and towers are seen too thinly there.
-pub(crate) fn drape(solids: &mut [(usize, Solid)], colour: impl Fn(usize) -> Option<[u8; 3]>) {
+pub(crate) fn drape(solids: &mut [PlacedSolid], colour: impl Fn(usize) -> Option<[u8; 3]>) {
     let is_broad = |solid: &Solid| !solid.strip && solid.material != PointKind::Tower.paint().material.code();
-    for (index, solid) in solids.iter_mut().filter(|(_, solid)| is_broad(solid)) {
-        if let Some(colour) = colour(*index) {
+    for PlacedSolid { voxel, solid } in solids.iter_mut().filter(|placed| is_broad(&placed.solid)) {
+        if let Some(colour) = colour(*voxel) {
             (solid.top, solid.side) = (colour, shaded(colour));
         }
     }

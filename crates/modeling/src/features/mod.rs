@@ -19,7 +19,7 @@ pub(super) use read::OutlineTable;
 pub use read::read;
 pub use shape::{
     Bound, BoundBarrier, BoundBridge, BoundBuilding, BoundCover, BoundTree, BoundUpright, BoundWay,
-    BoundWire, BoundWood, Graded, Ground, PlacedTree, Rank, Solid, Square, TreeKind, Wall, bind, prepare,
-    settle,
+    BoundWire, BoundWood, Graded, Ground, PlacedSolid, PlacedTree, Rank, Solid, Square, TreeKind, Wall, bind,
+    prepare, settle,
 };
 pub(super) use shape::{Footprint, HalfPlane, foot_of};

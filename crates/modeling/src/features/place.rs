@@ -153,7 +153,7 @@ mod tests {
     use glam::dvec2;
 
     use super::super::layer::Path as Outline;
-    use super::super::{Bound, Solid, Square, bind, prepare, read};
+    use super::super::{Bound, PlacedSolid, Square, bind, prepare, read};
     use super::*;
 
     fn sample(name: &str) -> std::path::PathBuf {
@@ -180,11 +180,11 @@ mod tests {
         assert_eq!(bound.len(), 4 + 2 + 60);
         let square =
             Square { origin: dvec2(AREA[0], AREA[1]), first: [0; 2], spacing: 1.0, columns: 130, rows: 80 };
-        let mut solids: Vec<(usize, Solid)> = Vec::new();
+        let mut solids: Vec<PlacedSolid> = Vec::new();
         bound.iter().for_each(|bound| bound.raise(&square, &|_: DVec2| Some(600.0), &mut solids));
         let over = |x: usize, y: usize| {
-            let here = solids.iter().filter(|(index, _)| *index == square.index(x, y));
-            here.map(|(_, solid)| solid.high_m).fold(f64::NEG_INFINITY, f64::max)
+            let here = solids.iter().filter(|placed| placed.voxel == square.index(x, y));
+            here.map(|placed| placed.solid.high_m).fold(f64::NEG_INFINITY, f64::max)
         };
 
         // The church is 30 m high, and open in its middle; the pair has three levels and a roof.

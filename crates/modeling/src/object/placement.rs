@@ -4,7 +4,7 @@
 //! these few numbers.
 
 use super::shape::{Shape, laid};
-use crate::features::Solid;
+use crate::features::{PlacedSolid, Solid};
 use crate::warp::Rect;
 use hedgehop::voxel::Symmetry;
 
@@ -21,12 +21,12 @@ pub(super) struct Placement {
     pub foot_m: f64,
 }
 
-/// The solids of placements over a block, with their index in it: the only place where placements become solids.
+/// Raises the solids of placements over a block: the only place where placements become solids.
 pub(super) fn raise<'s>(
     placements: &[Placement],
     shape: impl Fn(u32) -> &'s Shape,
     rect: Rect,
-    out: &mut Vec<(usize, Solid)>,
+    out: &mut Vec<PlacedSolid>,
 ) {
     for placement in placements {
         let of = shape(placement.shape);
@@ -38,7 +38,7 @@ pub(super) fn raise<'s>(
             for x in range(0, rect.x0, rect.x1) {
                 let from = placement.symmetry.turn_back([x - placement.voxel[0], y - placement.voxel[1]]);
                 let index = rect.index(x as u32, y as u32);
-                out.extend(of.over(from).iter().map(|solid| (index, placement.lifted(solid))));
+                out.extend(of.over(from).iter().map(|solid| placement.lifted(solid).over(index)));
             }
         }
     }

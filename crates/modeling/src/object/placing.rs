@@ -330,7 +330,7 @@ impl Objects {
         if !self.scatters.is_empty() {
             raise(&placements, |number| self.shape(number, level), wide, &mut covered);
             let clear = (CLEAR_M / spacing).round() as u32;
-            for (x, y) in covered.iter().map(|(index, _)| wide.voxel(*index)) {
+            for (x, y) in covered.iter().map(|placed| wide.voxel(placed.voxel)) {
                 let around = Rect { x0: x, y0: y, x1: x + 1, y1: y + 1 }.grown(clear, &level.grid);
                 for (x, y) in (0..around.len()).map(|index| around.voxel(index)) {
                     if (wide.x0..wide.x1).contains(&x) && (wide.y0..wide.y1).contains(&y) {

@@ -117,7 +117,7 @@ impl Shape {
     pub fn planted(tree: TreeKind, spacing: f64) -> Self {
         let (side, solids) = tree.voxels(spacing);
         let mut found: Vec<Vec<Solid>> = vec![Vec::new(); side * side];
-        solids.into_iter().for_each(|(index, solid)| found[index].push(solid));
+        solids.into_iter().for_each(|placed| found[placed.voxel].push(placed.solid));
         let first = [-(side as i64 / 2); 2];
         let mut shape = Self { first, columns: side, rows: side, starts: vec![0], solids: Vec::new() };
         for mut solids in found {

@@ -7,6 +7,7 @@ use glam::DVec2;
 use super::{Bare, MadeBlock, PageGround, PageMaker, Project};
 use crate::built::{Built, DENSE};
 use crate::cloud;
+use crate::features::PlacedSolid;
 use crate::land_cover::{self, LandCover};
 use crate::placing::{Placed, covered};
 use crate::tint::mix;
@@ -182,7 +183,7 @@ impl PageMaker<'_> {
         }
 
         let mut spans: HashMap<usize, Vec<Span>> = HashMap::new();
-        for (index, solid) in &built.solids {
+        for PlacedSolid { voxel: index, solid } in &built.solids {
             if let Some(at) = inside(*index)
                 && let Some(span) = solid.encode(code, grid.spacing)
             {

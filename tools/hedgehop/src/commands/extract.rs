@@ -13,7 +13,7 @@ use hedgehop::memory::PageFile;
 use hedgehop::progress::Observer;
 use hedgehop::voxel::{Header, PageId, PageSource};
 use hedgehop::{Error, Result};
-use hedgehop_modeling::{ExtractPart, extract};
+use hedgehop_modeling::{ExtractPart, OutputFile, extract};
 
 const EXAMPLE: &str = "\
 Examples:

@@ -11,7 +11,7 @@ use super::footprint::Footprint;
 use super::frame::{Frame, hull};
 use super::ribbon::Line;
 use super::round::{BoundTree, BoundUpright, chance};
-use super::solid::{Ground, Solid, Square};
+use super::solid::{Ground, PlacedSolid, Solid, Square};
 use super::way::{BoundBridge, BoundWay, Graded};
 use super::wire::{self, BoundWire};
 
@@ -238,13 +238,13 @@ impl Bound {
                     solid.high_m + 0.5 * spacing * (solid.slope[0].abs() + solid.slope[1].abs())
                 };
 
-                solids.iter().map(|(_, solid)| top(solid)).fold(ground, f64::max)
+                solids.iter().map(|placed| top(&placed.solid)).fold(ground, f64::max)
             }
         }
     }
 
     /// Raises its solids over the voxels of a square, with their row-major index.
-    pub fn raise(&self, square: &Square, ground: &dyn Ground, out: &mut Vec<(usize, Solid)>) {
+    pub fn raise(&self, square: &Square, ground: &dyn Ground, out: &mut Vec<PlacedSolid>) {
         match self {
             Self::Building(building) => building.raise(square, out),
             Self::Bridge(bridge) => bridge.raise(square, out),

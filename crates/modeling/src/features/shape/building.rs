@@ -7,7 +7,7 @@ use super::super::layer::Area;
 use super::footprint::Footprint;
 use super::patch::{ConvexPatch, HalfPlane};
 use super::roof::{self, RoofPlane};
-use super::solid::{Ground, Solid, Square, Wall, stored_facing};
+use super::solid::{Ground, PlacedSolid, Solid, Square, Wall, stored_facing};
 
 /// A building where it stands.
 #[derive(Debug, Clone, PartialEq)]
@@ -95,12 +95,12 @@ impl BoundBuilding {
     }
 
     /// Raises its solids, with the index of their voxel: one for each plane of the roof over it.
-    pub fn raise(&self, square: &Square, out: &mut Vec<(usize, Solid)>) {
+    pub fn raise(&self, square: &Square, out: &mut Vec<PlacedSolid>) {
         for cover in self.footprint.cover_with_walls(square) {
             let index = square.index(cover.column, cover.row);
             let centre = square.centre(cover.column, cover.row);
             let parts = self.parts(centre, square.spacing, cover.wall);
-            out.extend(parts.into_iter().map(|solid| (index, solid)));
+            out.extend(parts.into_iter().map(|solid| solid.over(index)));
         }
     }
 

@@ -7,7 +7,7 @@ use super::super::meaning::{WATER, crown, mix};
 use super::footprint::Footprint;
 use super::ribbon::{Ends, Line};
 use super::round::{BoundTree, chance};
-use super::solid::{Ground, Solid, Square, Wall};
+use super::solid::{Ground, PlacedSolid, Solid, Square, Wall};
 use super::tree_kind::{PlacedTree, TALLER, TreeKind, WIDER};
 use super::way::{Graded, Rank};
 
@@ -72,7 +72,7 @@ pub struct BoundBarrier {
 
 impl BoundBarrier {
     /// Raises its solids, with the index of their voxel. It follows the ground, and along a line it is a voxel thick at least, so that its faces are straight.
-    pub fn raise(&self, square: &Square, ground: &dyn Ground, out: &mut Vec<(usize, Solid)>) {
+    pub fn raise(&self, square: &Square, ground: &dyn Ground, out: &mut Vec<PlacedSolid>) {
         let half = 0.5 * self.barrier.thickness_m.max(square.spacing);
         match &self.course {
             Course::Line(line) => {
@@ -99,7 +99,7 @@ impl BoundBarrier {
         wall: Wall,
         square: &Square,
         ground: &dyn Ground,
-    ) -> Option<(usize, Solid)> {
+    ) -> Option<PlacedSolid> {
         let Barrier { height_m, opacity, paint, .. } = self.barrier;
         let centre = square.centre(column, row);
         let base = ground.height_at(centre)?;
@@ -115,7 +115,7 @@ impl BoundBarrier {
             opacity,
             ..Solid::level(None, base + height_m, paint)
         };
-        Some((square.index(column, row), solid))
+        Some(solid.over(square.index(column, row)))
     }
 }
 
@@ -190,7 +190,7 @@ impl BoundWood {
 
 impl PlacedTree {
     /// Raises its solids over the voxels of a square, with their row-major index.
-    pub fn raise(&self, square: &Square, out: &mut Vec<(usize, Solid)>) {
+    pub fn raise(&self, square: &Square, out: &mut Vec<PlacedSolid>) {
         let Self { kind, place, base_m, hash } = *self;
         BoundTree { place, base_m, tree: kind.tree(), hash }.raise(square, out);
     }
@@ -260,15 +260,17 @@ mod tests {
                 let index = square.index(column, row);
                 let from_centre = place - square.centre(column, row);
 
-                let is_there = solids.iter().filter(|(over, _)| *over == index).any(|(_, solid)| {
-                    let span = solid.encode(&HEIGHTS, square.spacing);
-                    span.is_some_and(|span| {
-                        span.walls().all(|(normal, distance)| {
-                            let normal = dvec2(f64::from(normal[0]), f64::from(normal[1]));
-                            normal.dot(from_centre) <= f64::from(distance)
+                let is_there = solids.iter().filter(|placed| placed.voxel == index).any(
+                    |PlacedSolid { solid, .. }| {
+                        let span = solid.encode(&HEIGHTS, square.spacing);
+                        span.is_some_and(|span| {
+                            span.walls().all(|(normal, distance)| {
+                                let normal = dvec2(f64::from(normal[0]), f64::from(normal[1]));
+                                normal.dot(from_centre) <= f64::from(distance)
+                            })
                         })
-                    })
-                });
+                    },
+                );
 
                 // It is a voxel thick.
                 if (off.abs() - 0.5).abs() > 0.02 {

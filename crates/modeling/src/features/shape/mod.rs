@@ -42,7 +42,7 @@ pub(in super::super) use footprint::Footprint;
 pub use patch::HalfPlane;
 pub use prepare::prepare;
 pub use round::{BoundTree, BoundUpright};
-pub use solid::{Ground, Solid, Square, Wall};
+pub use solid::{Ground, PlacedSolid, Solid, Square, Wall};
 pub use tree_kind::{PlacedTree, TreeKind};
 pub use way::{BoundBridge, BoundWay, Graded, Rank, settle};
 pub use wire::BoundWire;

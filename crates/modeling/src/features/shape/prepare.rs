@@ -241,7 +241,7 @@ mod tests {
                 .collect();
             assert_eq!(bound.len(), 1);
             let decks = raised(&bound, &square(1.0), &valley);
-            assert!(decks.iter().all(|(_, solid)| solid.low_m.is_none() || solid.high_m >= 100.0));
+            assert!(decks.iter().all(|placed| placed.solid.low_m.is_none() || placed.solid.high_m >= 100.0));
         }
     }
 

@@ -2,7 +2,7 @@ use glam::{DVec2, dvec2};
 
 use super::super::kinds::{Building, Meaning, Rise, Roof, RoofShape, Top};
 use super::testing::{HEIGHTS, at, house, level, of_area, raised, rectangle, square};
-use super::{Bound, Solid, Square, Wall, bind};
+use super::{Bound, PlacedSolid, Solid, Square, Wall, bind};
 use hedgehop::voxel::Span;
 
 /// Whether a span's plan holds a place, and the height of its upper end there.
@@ -29,7 +29,7 @@ fn roof_error(shape: RoofShape, half: DVec2, formula: impl Fn(DVec2) -> f64) -> 
         let building = Meaning::Building(house(shape, Rise::Height(3.0)));
         let bound = bind(&building, &of_area(rectangle(middle, half, turn)), 7, &level);
         let mut over: Vec<Vec<Span>> = vec![Vec::new(); square.columns * square.rows];
-        for (index, solid) in raised(&bound, &square, &level) {
+        for PlacedSolid { voxel: index, solid } in raised(&bound, &square, &level) {
             over[index].extend(solid.encode(&HEIGHTS, square.spacing));
         }
 
@@ -99,7 +99,7 @@ fn roofs_are_within_a_step_of_their_height() {
 /// The surface over each voxel, as pages have it: the highest solid that holds its centre.
 fn surfaces(bound: &[Bound], square: &Square) -> Vec<f64> {
     let mut heights = vec![f64::NEG_INFINITY; square.columns * square.rows];
-    for (index, solid) in raised(bound, square, &level) {
+    for PlacedSolid { voxel: index, solid } in raised(bound, square, &level) {
         if solid.wall.holds_centre() {
             heights[index] = heights[index].max(solid.high_m);
         }
@@ -159,7 +159,7 @@ fn roofs_over_wide_voxels_rise_little_above_their_ridges() {
             let bound =
                 bind(&Meaning::Building(house(shape, Rise::Height(3.0))), &of_area(outline), 7, &level);
             let solids = raised(&bound, &square(spacing), &level);
-            let high = solids.iter().map(|(_, solid)| solid.high_m).fold(0.0, f64::max);
+            let high = solids.iter().map(|PlacedSolid { solid, .. }| solid.high_m).fold(0.0, f64::max);
             // By half of its own height eastward and northward.
             assert!(high < 109.0 + 3.0, "{shape:?} {spacing}: {high}");
             let highest = bound.iter().map(|bound| bound.highest(100.0, spacing)).fold(0.0, f64::max);
@@ -186,9 +186,13 @@ fn ridges_and_eaves_have_the_height_that_is_said() {
         // Of a ridge, the side that holds the voxel's centre.
         let holds =
             |solid: &&Solid| !matches!(solid.wall, Wall::Plane { distance_m, .. } if distance_m < 0.0);
-        let high =
-            solids.iter().map(|(_, solid)| solid).filter(holds).map(|solid| solid.high_m).fold(0.0, f64::max);
-        let low = solids.iter().map(|(_, solid)| solid.high_m).fold(f64::INFINITY, f64::min);
+        let high = solids
+            .iter()
+            .map(|PlacedSolid { solid, .. }| solid)
+            .filter(holds)
+            .map(|solid| solid.high_m)
+            .fold(0.0, f64::max);
+        let low = solids.iter().map(|PlacedSolid { solid, .. }| solid.high_m).fold(f64::INFINITY, f64::min);
 
         // Centres of voxels lie up to a quarter of a metre from ridge and eaves.
         assert!(ridge - high < 0.3 && high <= ridge + 1e-9, "{building:?}: {high}");
@@ -208,7 +212,7 @@ fn roofs_look_where_they_are_said_to() {
             &level,
         );
         let square = square(0.5);
-        let inside = |(index, _): &&(usize, Solid)| {
+        let inside = |PlacedSolid { voxel: index, .. }: &&PlacedSolid| {
             let centre = square.centre(index % square.columns, index / square.columns);
             (centre - place).abs().max_element() < 0.26
         };
@@ -216,7 +220,7 @@ fn roofs_look_where_they_are_said_to() {
         raised(&bound, &square, &level)
             .iter()
             .find(inside)
-            .map(|(_, solid)| DVec2::from(solid.slope))
+            .map(|PlacedSolid { solid, .. }| DVec2::from(solid.slope))
             .unwrap()
     };
 
@@ -261,7 +265,7 @@ fn crooked_houses_have_hips_from_their_walls() {
     let square = square(0.5);
     let mut tops = std::collections::BTreeMap::new();
 
-    for (index, solid) in raised(&bound, &square, &level) {
+    for PlacedSolid { voxel: index, solid } in raised(&bound, &square, &level) {
         let centre = square.centre(index % 64, index / 64);
         let Some(span) = solid.encode(&HEIGHTS, square.spacing) else { continue };
         for sample in 0..25 {
@@ -301,7 +305,7 @@ fn roofs_over_needles_are_no_higher_than_they_are_said_to_be() {
         let square = square(0.5);
         let highest = house.highest(square.spacing);
         assert!(highest <= house.top_m() + 4.0, "{shape:?}: {highest}");
-        for (_, solid) in raised(&bound, &square, &level) {
+        for PlacedSolid { solid, .. } in raised(&bound, &square, &level) {
             let rise = 0.5 * square.spacing * (solid.slope[0].abs() + solid.slope[1].abs());
             assert!(solid.high_m + rise <= highest + 1e-6, "{shape:?}: {solid:?}");
         }
@@ -317,7 +321,7 @@ fn a_pyramid_of_many_corners_is_a_cone_of_few_solids() {
     let bound = bind(&building, &of_area(corners.collect()), 1, &level);
     let square = square(0.5);
     let mut over = vec![0; square.columns * square.rows];
-    for (index, solid) in raised(&bound, &square, &level) {
+    for PlacedSolid { voxel: index, solid } in raised(&bound, &square, &level) {
         over[index] += 1;
         let centre = square.centre(index % 64, index / 64);
         let from_middle = centre.distance(middle);

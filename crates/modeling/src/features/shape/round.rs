@@ -13,7 +13,7 @@ use glam::DVec2;
 use super::super::kinds::{Cap, Leaf, Tree, Upright};
 use super::super::meaning::{mix, share, varied};
 use super::footprint::Footprint;
-use super::solid::{Solid, Square, Wall};
+use super::solid::{PlacedSolid, Solid, Square, Wall};
 
 /// Something round where it stands.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -82,7 +82,7 @@ impl BoundUpright {
     }
 
     /// Raises its solids, with the index of their voxel.
-    pub fn raise(&self, square: &Square, out: &mut Vec<(usize, Solid)>) {
+    pub fn raise(&self, square: &Square, out: &mut Vec<PlacedSolid>) {
         if 2.0 * self.radius < square.spacing {
             return self.thin(square, self.radius, None, self.top_m(), out);
         }
@@ -100,7 +100,7 @@ impl BoundUpright {
             let place = RingPlace::of(self.middle, square, column, row);
             let ends = broad.first().zip(broad.last()).filter(|_| place.reach <= least - place.distance);
             if let Some((first, last)) = ends.filter(|_| narrow.is_empty()) {
-                out.push((place.index, self.solid([first, last], &place, place.whole())));
+                out.push(self.solid([first, last], &place, place.whole()).over(place.index));
             } else {
                 self.raise_rim(&broad, &place, out);
             }
@@ -108,28 +108,28 @@ impl BoundUpright {
     }
 
     /// The sections over one voxel: a solid for all that hold it whole one above the other, and one for each whose rim cuts it.
-    fn raise_rim(&self, sections: &[Section], place: &RingPlace, out: &mut Vec<(usize, Solid)>) {
+    fn raise_rim(&self, sections: &[Section], place: &RingPlace, out: &mut Vec<PlacedSolid>) {
         let mut whole: Option<[&Section; 2]> = None;
         for section in sections {
             let room = section.radius - place.distance;
             if let Some(run) = whole.take_if(|[_, last]| room < place.reach || last.high < section.low) {
-                out.push((place.index, self.solid(run, place, place.whole())));
+                out.push(self.solid(run, place, place.whole()).over(place.index));
             }
             if room >= place.reach {
                 let first = whole.map_or(section, |[first, _]| first);
                 whole = Some([first, section]);
             } else if room > -place.reach {
                 let wall = Wall::plane(place.outward, room);
-                out.push((place.index, self.solid([section, section], place, wall)));
+                out.push(self.solid([section, section], place, wall).over(place.index));
             }
         }
         if let Some(run) = whole {
-            out.push((place.index, self.solid(run, place, place.whole())));
+            out.push(self.solid(run, place, place.whole()).over(place.index));
         }
     }
 
     /// A section of a few voxels.
-    fn raise_narrow(&self, section: &Section, square: &Square, out: &mut Vec<(usize, Solid)>) {
+    fn raise_narrow(&self, section: &Section, square: &Square, out: &mut Vec<PlacedSolid>) {
         let Section { radius, low, high, is_lowest, .. } = *section;
         // Where four voxels meet none of them holds enough of a narrow circle.
         if 2.0 * radius < NARROW * square.spacing {
@@ -141,7 +141,7 @@ impl BoundUpright {
             let is_cut = matches!(cover.wall, Wall::Plane { .. } | Wall::Corner(_) | Wall::Wedge(_));
             if !is_cut || cover.share >= LEAST_SHARE {
                 let place = RingPlace::of(self.middle, square, cover.column, cover.row);
-                out.push((place.index, self.solid([section, section], &place, place.whole())));
+                out.push(self.solid([section, section], &place, place.whole()).over(place.index));
             }
         }
     }
@@ -216,7 +216,7 @@ impl BoundUpright {
         radius: f64,
         low_m: Option<f64>,
         high_m: f64,
-        out: &mut Vec<(usize, Solid)>,
+        out: &mut Vec<PlacedSolid>,
     ) {
         let (columns, rows) = square.touched([self.middle.x, self.middle.y, self.middle.x, self.middle.y]);
         let Some((column, row)) = columns.into_iter().next().zip(rows.into_iter().next()) else { return };
@@ -224,7 +224,7 @@ impl BoundUpright {
         let opacity = (self.upright.opacity * width).max(FAINTEST);
         let solid =
             Solid { opacity, wall: Wall::Round(0.0), ..Solid::level(low_m, high_m, self.upright.paint) };
-        out.push((square.index(column, row), solid));
+        out.push(solid.over(square.index(column, row)));
     }
 }
 
@@ -253,7 +253,7 @@ impl BoundTree {
     }
 
     /// Raises its solids, with the index of their voxel: stem and crown.
-    pub fn raise(&self, square: &Square, out: &mut Vec<(usize, Solid)>) {
+    pub fn raise(&self, square: &Square, out: &mut Vec<PlacedSolid>) {
         let Tree { height_m, crown_m, leaf, paint } = self.tree;
         let radius = 0.5 * crown_m;
         let crown_base = self.base_m + STEM * height_m;
@@ -301,9 +301,9 @@ impl BoundTree {
                 match leaf {
                     Leaf::Needle if holds_stem => {
                         let sides = tip(&solid, fall.max(STEEPEST), from_axis, self.top_m());
-                        out.extend(sides.map(|side| (index, side)));
+                        out.extend(sides.map(|side| side.over(index)));
                     }
-                    _ => out.push((index, solid)),
+                    _ => out.push(solid.over(index)),
                 }
             }
 
@@ -314,7 +314,7 @@ impl BoundTree {
                     wall: Wall::Round(0.0),
                     ..Solid::level(None, crown_base + half_crown, paint)
                 };
-                out.push((index, Solid { top: BARK, side: BARK, ..stem }));
+                out.push(Solid { top: BARK, side: BARK, ..stem }.over(index));
             }
         }
     }
@@ -373,8 +373,8 @@ mod tests {
             let is_there = |solid: &Solid| {
                 solid.low_m.is_none_or(|low| low <= 100.0 + height) && solid.high_m > 100.0 + height
             };
-            let there = solids.iter().filter(|(_, solid)| is_there(solid));
-            (there.map(|(_, solid)| area(solid)).sum::<f64>() / PI).sqrt()
+            let there = solids.iter().map(|placed| &placed.solid).filter(|solid| is_there(solid));
+            (there.map(area).sum::<f64>() / PI).sqrt()
         };
         heights.iter().map(|height| at(*height)).collect()
     }
@@ -412,7 +412,8 @@ mod tests {
         let bound = BoundUpright { middle: at(30.3, 24.6), radius: 20.0, base_m: 100.0, upright };
         let mut solids = Vec::new();
         bound.raise(&square(1.0), &mut solids);
-        let most = (0..64 * 48).map(|index| solids.iter().filter(|(at, _)| *at == index).count()).max();
+        let most =
+            (0..64 * 48).map(|index| solids.iter().filter(|placed| placed.voxel == index).count()).max();
         assert!(most.is_some_and(|most| most <= 14), "{most:?}");
     }
 }

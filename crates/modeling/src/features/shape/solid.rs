@@ -149,7 +149,21 @@ pub struct Solid {
     pub joined: [bool; 2],
 }
 
+/// A solid over a voxel of a block.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlacedSolid {
+    /// Row-major index of the voxel in the block.
+    pub voxel: usize,
+    /// The solid.
+    pub solid: Solid,
+}
+
 impl Solid {
+    /// Places it over a voxel of a block.
+    pub fn over(self, voxel: usize) -> PlacedSolid {
+        PlacedSolid { voxel, solid: self }
+    }
+
     /// One that is level, dense, and fills its voxel.
     pub(super) fn level(low_m: Option<f64>, high_m: f64, paint: Paint) -> Self {
         Self {

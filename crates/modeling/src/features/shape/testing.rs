@@ -4,7 +4,7 @@ use glam::{DVec2, dvec2};
 
 use super::super::kinds::{Building, Paint, Rise, Roof, RoofShape, Top, Way, WayKind};
 use super::super::layer::{Area, Geometry, Path};
-use super::{Bound, Ground, Solid, Square};
+use super::{Bound, Ground, PlacedSolid, Square};
 use hedgehop::voxel::HeightCode;
 use hedgehop::voxel::Material;
 
@@ -46,7 +46,7 @@ pub(super) fn hills(place: DVec2) -> Option<f64> {
     Some(100.0 + 6.0 * (local.x / 9.0).sin() + 4.0 * (local.y / 13.0).cos() + 0.05 * local.x)
 }
 
-pub(super) fn raised(bound: &[Bound], square: &Square, ground: &dyn Ground) -> Vec<(usize, Solid)> {
+pub(super) fn raised(bound: &[Bound], square: &Square, ground: &dyn Ground) -> Vec<PlacedSolid> {
     let mut out = Vec::new();
     bound.iter().for_each(|bound| bound.raise(square, ground, &mut out));
     out

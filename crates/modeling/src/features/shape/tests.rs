@@ -8,7 +8,7 @@ use super::testing::{
     HEIGHTS, PAINT, at, hills, house, level, natural, of_area, of_line, of_point, raised, rectangle, road,
     square,
 };
-use super::{Bound, Solid, Square, Wall, bind, settle};
+use super::{Bound, PlacedSolid, Solid, Square, Wall, bind, settle};
 use hedgehop::voxel::{HeightCode, Material, Span};
 
 #[test]
@@ -164,7 +164,7 @@ fn wires_hang_by_the_formula() {
     wire.raise(&square, &mut strips);
     let mut along: Vec<f64> = Vec::new();
 
-    for (index, solid) in &strips {
+    for PlacedSolid { voxel: index, solid } in &strips {
         let span = solid.encode(&HEIGHTS, 1.0).unwrap();
         let (normal, distance) = span.walls().next().unwrap();
         let centre = square.centre(index % 64, index / 64);
@@ -191,7 +191,7 @@ fn wires_hang_by_the_formula() {
 /// Whether a place at a height lies in one of the spans over its voxel.
 fn is_within(
     square: &Square,
-    solids: &[(usize, Solid)],
+    solids: &[PlacedSolid],
     heights: &HeightCode,
     place: DVec2,
     height_m: f64,
@@ -199,7 +199,7 @@ fn is_within(
     let local = square.local(place);
     let index = square.index(local.x as usize, local.y as usize);
     let at = place - square.centre(local.x as usize, local.y as usize);
-    solids.iter().filter(|(over, _)| *over == index).any(|(_, solid)| {
+    solids.iter().filter(|placed| placed.voxel == index).any(|PlacedSolid { solid, .. }| {
         let Some(span) = solid.encode(heights, square.spacing) else { return false };
         let [low, high] = [span.low, span.high].map(|code| heights.offset + heights.scale * f64::from(code));
         let rise = DVec2::from(span.slopes().map(f64::from)).dot(at);
@@ -298,18 +298,27 @@ fn bridges_span_valleys_and_leave_the_ground() {
     }
 
     let solids = raised(&bound, &square, &valley);
-    let decks: Vec<&Solid> =
-        solids.iter().map(|(_, solid)| solid).filter(|solid| (solid.high_m - 100.0).abs() < 1e-9).collect();
+    let decks: Vec<&Solid> = solids
+        .iter()
+        .map(|PlacedSolid { solid, .. }| solid)
+        .filter(|solid| (solid.high_m - 100.0).abs() < 1e-9)
+        .collect();
     assert_eq!(decks.iter().filter(|deck| deck.encode(&HEIGHTS, 1.0).is_some()).count(), 44 * 8);
     assert!(
         decks.iter().all(|deck| deck.low_m.is_some_and(|low| (98.0..99.6).contains(&low)) && deck.parallel)
     );
-    assert!(solids.iter().any(|(_, solid)| solid.low_m.is_none() && solid.high_m < 99.6), "no pier");
-    assert!(solids.iter().any(|(_, solid)| (solid.high_m - 101.0).abs() < 1e-9), "no parapet");
+    assert!(
+        solids.iter().any(|PlacedSolid { solid, .. }| solid.low_m.is_none() && solid.high_m < 99.6),
+        "no pier"
+    );
+    assert!(solids.iter().any(|PlacedSolid { solid, .. }| (solid.high_m - 101.0).abs() < 1e-9), "no parapet");
 
     // On level ground it is raised for what passes below.
     let bound = bind(&Meaning::Way(bridge), &of_line(&[at(-100.0, 24.0), at(160.0, 24.0)]), 1, &level);
-    let highest = raised(&bound, &square, &level).iter().map(|(_, solid)| solid.high_m).fold(0.0, f64::max);
+    let highest = raised(&bound, &square, &level)
+        .iter()
+        .map(|PlacedSolid { solid, .. }| solid.high_m)
+        .fold(0.0, f64::max);
     assert!((106.0..108.0).contains(&highest), "{highest}");
 }
 
@@ -327,7 +336,8 @@ fn bridges_have_parapets_along_both_edges_whatever_their_direction() {
                 let bridge = Way { is_bridge: true, ..road(width) };
                 let solids =
                     raised(&bind(&Meaning::Way(bridge), &of_line(&ends), 1, &level), &square, &level);
-                let deck = solids.iter().map(|(_, solid)| solid.high_m).fold(0.0, f64::max) - 1.0;
+                let deck =
+                    solids.iter().map(|PlacedSolid { solid, .. }| solid.high_m).fold(0.0, f64::max) - 1.0;
 
                 for step in -60..=60 {
                     let along = direction * (0.11 * f64::from(step) * spacing);
@@ -369,27 +379,28 @@ fn tanks_domes_and_poles_are_round() {
             .collect::<Vec<_>>();
         super::patch::ConvexPatch::voxel(1.0).within_all(planes.iter().enumerate()).area()
     };
-    let area: f64 = flat.iter().map(|(_, solid)| share(solid.wall)).sum();
+    let area: f64 = flat.iter().map(|PlacedSolid { solid, .. }| share(solid.wall)).sum();
     assert!((area - std::f64::consts::PI * 100.0).abs() < 2.0, "{area}");
-    assert!(flat.iter().all(|(_, solid)| solid.high_m == 112.0 && solid.low_m.is_none()));
+    assert!(flat.iter().all(|PlacedSolid { solid, .. }| solid.high_m == 112.0 && solid.low_m.is_none()));
 
-    for (index, solid) in &flat {
+    for PlacedSolid { voxel: index, solid } in &flat {
         let outward = square(1.0).centre(index % 64, index / 64) - at(30.3, 24.6);
         let (Wall::Round(facing) | Wall::Plane { facing, .. }) = solid.wall else { continue };
         assert!(DVec2::from_angle(facing).dot(outward) > 0.99 * outward.length(), "{outward}");
     }
 
     let dome = tank(Cap::Dome, 20.0, 1.0);
-    let highest = dome.iter().map(|(_, solid)| solid.high_m).fold(0.0, f64::max);
+    let highest = dome.iter().map(|PlacedSolid { solid, .. }| solid.high_m).fold(0.0, f64::max);
     assert!((highest - 112.0).abs() < 0.05);
-    let highest =
-        |solids: &[(usize, Solid)]| solids.iter().map(|(_, solid)| solid.high_m).fold(0.0, f64::max);
+    let highest = |solids: &[PlacedSolid]| {
+        solids.iter().map(|PlacedSolid { solid, .. }| solid.high_m).fold(0.0, f64::max)
+    };
 
-    let plan = |solids: &[(usize, Solid)], height: f64| -> f64 {
-        let there = |solid: &&(usize, Solid)| {
-            solid.1.low_m.is_none_or(|low| low <= height) && solid.1.high_m > height
+    let plan = |solids: &[PlacedSolid], height: f64| -> f64 {
+        let there = |PlacedSolid { solid, .. }: &&PlacedSolid| {
+            solid.low_m.is_none_or(|low| low <= height) && solid.high_m > height
         };
-        solids.iter().filter(there).map(|(_, solid)| share(solid.wall)).sum::<f64>()
+        solids.iter().filter(there).map(|PlacedSolid { solid, .. }| share(solid.wall)).sum::<f64>()
     };
     // Narrow at three quarters of its height, and wider again above.
     let tower = narrowing(Cap::Waisted);
@@ -408,7 +419,7 @@ fn tanks_domes_and_poles_are_round() {
     assert!((highest(&tower) - 112.0).abs() < 1e-9 && (highest(&chimney) - 112.0).abs() < 1e-9);
     // Half a metre thick in voxels of a metre: one voxel that hides half.
     let pole = tank(Cap::Flat, 0.5, 1.0);
-    assert_eq!((pole.len(), pole[0].1.opacity), (1, 0.5));
+    assert_eq!((pole.len(), pole[0].solid.opacity), (1, 0.5));
 }
 
 #[test]
@@ -431,13 +442,16 @@ fn trees_have_crowns_above_their_stems() {
             _ => solid.high_m,
         };
 
-        let highest = solids.iter().map(|(_, solid)| highest(solid)).fold(0.0, f64::max);
+        let highest = solids.iter().map(|PlacedSolid { solid, .. }| highest(solid)).fold(0.0, f64::max);
         assert!((115.0..=116.0 + 1e-9).contains(&highest), "{highest}");
-        assert_eq!(solids.iter().filter(|(_, solid)| solid.low_m.is_none()).count(), 1);
-        let crown = solids.iter().filter(|(_, solid)| solid.low_m.is_some()).count() as f64 * 0.25;
+        assert_eq!(solids.iter().filter(|PlacedSolid { solid, .. }| solid.low_m.is_none()).count(), 1);
+        let crown =
+            solids.iter().filter(|PlacedSolid { solid, .. }| solid.low_m.is_some()).count() as f64 * 0.25;
         assert!((crown - std::f64::consts::PI * 4.5 * 4.5).abs() < 4.0, "{crown}");
         assert!(
-            solids.iter().all(|(_, solid)| solid.low_m.is_none_or(|low| low >= 100.0 + 0.2 * 16.0 - 1e-9))
+            solids.iter().all(|PlacedSolid { solid, .. }| solid
+                .low_m
+                .is_none_or(|low| low >= 100.0 + 0.2 * 16.0 - 1e-9))
         );
     }
 }
@@ -500,7 +514,7 @@ proptest! {
             let spans = |square: &Square| {
                 let mut out = Vec::new();
                 bound.raise(square, &hills, &mut out);
-                let mut spans: Vec<_> = out.iter().filter_map(|(index, solid)| Some((place(square, *index), solid.encode(&HEIGHTS, 1.0)?))).collect();
+                let mut spans: Vec<_> = out.iter().filter_map(|PlacedSolid { voxel, solid }| Some((place(square, *voxel), solid.encode(&HEIGHTS, 1.0)?))).collect();
                 spans.retain(|(place, _)| shared(place));
                 spans.sort_by_key(|(place, span)| (*place, span.low, span.high, span.cuts));
                 spans
@@ -532,7 +546,7 @@ proptest! {
             let mut out = Vec::new();
             bound.raise(&whole, &hills, &mut out);
 
-            for (index, solid) in out.iter().filter(|(_, solid)| solid.encode(&HEIGHTS, 1.0).is_some()) {
+            for PlacedSolid { voxel: index, solid } in out.iter().filter(|PlacedSolid { solid, .. }| solid.encode(&HEIGHTS, 1.0).is_some()) {
                 let centre = whole.centre(index % 64, index / 64);
                 prop_assert!(centre.x > west - 0.5 && centre.x < east + 0.5 && centre.y > south - 0.5 && centre.y < north + 0.5);
                 prop_assert!(solid.high_m.is_finite() && solid.slope.iter().all(|slope| slope.is_finite()));

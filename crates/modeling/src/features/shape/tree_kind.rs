@@ -5,7 +5,7 @@ use glam::{DVec2, dvec2};
 use super::super::kinds::{Leaf, Tree};
 use super::super::meaning::crown;
 use super::round::BoundTree;
-use super::solid::{Solid, Square};
+use super::solid::{PlacedSolid, Square};
 
 /// Heights of trees that are told apart differ by this many to a factor of two, diameters of crowns likewise.
 const HEIGHTS: f64 = 16.0;
@@ -89,7 +89,7 @@ impl TreeKind {
 
     /// Raises it over voxels of this side (metres): how many of them eastward and northward, and its solids with their row-major index,
     /// metres above its foot. Its axis is that of the voxel in the middle.
-    pub fn voxels(self, spacing: f64) -> (usize, Vec<(usize, Solid)>) {
+    pub fn voxels(self, spacing: f64) -> (usize, Vec<PlacedSolid>) {
         let (tree, side) = (self.tree(), self.side(spacing));
         let square = Square { origin: DVec2::ZERO, first: [0, 0], spacing, columns: side, rows: side };
         let place = dvec2(0.5, 0.5) * side as f64 * spacing;

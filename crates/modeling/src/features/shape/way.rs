@@ -12,7 +12,7 @@ use super::super::layer::Joint;
 use super::super::meaning::WATER;
 use super::profile::{FixedPlace, Profile};
 use super::ribbon::{Cross, Ends, Line};
-use super::solid::{Ground, Solid, Square, Wall};
+use super::solid::{Ground, PlacedSolid, Solid, Square, Wall};
 use hedgehop::voxel::Material;
 
 /// Rise over run of embankments and cuttings.
@@ -281,7 +281,7 @@ impl BoundBridge {
     }
 
     /// Raises its solids, with the index of their voxel.
-    pub fn raise(&self, square: &Square, out: &mut Vec<(usize, Solid)>) {
+    pub fn raise(&self, square: &Square, out: &mut Vec<PlacedSolid>) {
         // A corner of a voxel may be covered whose centre is not.
         let reach = self.half + 0.7072 * square.spacing;
         for cross in self.line.crosses(square, reach, Ends::Butt) {
@@ -303,16 +303,16 @@ impl BoundBridge {
                 ..Solid::level(Some(low), high, paint)
             };
 
-            out.push((index, deck));
+            out.push(deck.over(index));
             if has_parapet {
                 let parapet = Solid::level(Some(high), high + PARAPET, CONCRETE);
-                out.push((index, Solid { slope, wall, parallel: true, ..parapet }));
+                out.push(Solid { slope, wall, parallel: true, ..parapet }.over(index));
             }
 
             let half_pier = PIER_HALF.max(0.5 * square.spacing);
             let near = |pier: &&f64| (cross.along - **pier).abs() <= half_pier;
             if cross.off <= PIER_WIDTH * self.half && self.piers.iter().any(|pier| near(&pier)) {
-                out.push((index, Solid { slope, ..Solid::level(None, low, CONCRETE) }));
+                out.push(Solid { slope, ..Solid::level(None, low, CONCRETE) }.over(index));
             }
         }
     }

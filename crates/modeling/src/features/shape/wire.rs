@@ -8,7 +8,7 @@ use glam::DVec2;
 use super::super::kinds::{Paint, PowerLine, Upright};
 use super::ribbon::Line;
 use super::round::BoundUpright;
-use super::solid::{Ground, Solid, Square, Wall, stored_facing, stored_slope};
+use super::solid::{Ground, PlacedSolid, Solid, Square, Wall, stored_facing, stored_slope};
 use hedgehop::voxel::Material;
 
 /// One span of one wire.
@@ -43,7 +43,7 @@ impl BoundWire {
     }
 
     /// Raises its solids, with the index of their voxel: strips.
-    pub fn raise(&self, square: &Square, out: &mut Vec<(usize, Solid)>) {
+    pub fn raise(&self, square: &Square, out: &mut Vec<PlacedSolid>) {
         let [a, b] = self.ends;
         let Some(tangent) = (b - a).try_normalize() else { return };
 
@@ -90,7 +90,7 @@ impl BoundWire {
                     ..Solid::level(Some(height - half), height + half, WIRE)
                 };
 
-                out.push((square.index(column, row), solid));
+                out.push(solid.over(square.index(column, row)));
             }
         }
     }
