@@ -19,10 +19,11 @@ mod surface;
 use glam::DVec3;
 
 use self::needs::{Need, Needs, What};
+pub use self::ring::FootprintGroup;
 use self::ring::{Ring, Rings, Sides, Wedge, edges_after};
 use self::surface::{CoarseSurface, range_on_page};
+use super::Strides;
 use super::march::MOST_VOXELS;
-use super::{MarchField, PlaneGroup, Strides};
 use crate::voxel::{Grid, HeightCode, PageNeeds, PageSource};
 use hedgehop_base::error::Result;
 
@@ -34,15 +35,6 @@ const MARGINS: [f64; 2] = [5.0, 2.0];
 
 /// Sides of a voxel that a strip must have for the march to read a line in it for sure.
 const SURE: f64 = 9.0;
-
-/// Group of planes, and what of the surface is seen in it.
-#[derive(Debug)]
-pub struct FootprintGroup {
-    /// The planes.
-    pub group: PlaneGroup,
-    /// Field that they are to see.
-    pub field: MarchField,
-}
 
 /// Collects parts of pages that planes may touch.
 pub struct PageFootprint<'a> {

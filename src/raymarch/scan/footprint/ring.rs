@@ -2,10 +2,18 @@
 
 use glam::DVec3;
 
-use super::super::{PlaneGroup, Strides};
-use super::FootprintGroup;
+use super::super::{MarchField, PlaneGroup, Strides};
 use crate::simd::LANES;
 use crate::voxel::Grid;
+
+/// Group of planes, and what of the surface is seen in it.
+#[derive(Debug)]
+pub struct FootprintGroup {
+    /// The planes.
+    pub group: PlaneGroup,
+    /// Field that they are to see.
+    pub field: MarchField,
+}
 
 /// Groups side by side.
 pub(super) struct Wedge {
