@@ -39,11 +39,14 @@ mod write;
 #[doc(hidden)]
 pub mod y4m;
 
+#[doc(hidden)]
 pub use frames::FrameSet;
+#[doc(hidden)]
 pub use info::FrameInfo;
+#[doc(hidden)]
 pub use pattern::{FramePattern, Target};
 pub use rate::FrameRate;
 pub use ray_table::{read_ray_table, write_ray_table};
-pub use write::{Written, read_picture, write_frame, write_picture};
 #[doc(hidden)]
-pub use write::{encode_frame, encode_picture, read_regular};
+pub use write::{Written, encode_frame, encode_picture, read_regular};
+pub use write::{read_picture, write_frame, write_picture};

@@ -29,5 +29,7 @@ pub(crate) use csv::{Wanted, read_columns};
 #[doc(hidden)]
 pub use extrapolation::Extrapolation;
 pub use read::read_track;
-pub use track::{Altitude, AltitudeMode, Fix, Horizontal, ReadOptions, Track};
+#[doc(hidden)]
+pub use track::Horizontal;
+pub use track::{Altitude, AltitudeMode, Fix, ReadOptions, Track};
 pub use trajectory::{BindOptions, Trajectory};

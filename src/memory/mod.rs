@@ -32,6 +32,7 @@ mod sync;
 #[cfg(test)]
 mod tests;
 
+#[doc(hidden)]
 pub use counters::Paging;
 pub use flight::Flight;
 #[doc(hidden)]
@@ -41,8 +42,7 @@ pub use guard::guard_mapped_files;
 pub use live::LiveFlight;
 pub use page_file::PageFile;
 #[doc(hidden)]
-pub use plan::FrameNeeds;
-pub use plan::PagePlan;
+pub use plan::{FrameNeeds, PagePlan};
 #[doc(hidden)]
 pub use resident::PresentPages;
 pub use resident::ResidentPages;

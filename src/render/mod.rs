@@ -37,16 +37,20 @@ mod surface;
 mod tests;
 mod unserved;
 
-pub use account::{Account, Rays, Rendered, StageTimes};
+pub use account::Rendered;
 #[doc(hidden)]
-pub use exposure::MOST_MOMENTS;
-pub use exposure::{Exposure, Moment};
+pub use account::{Account, Rays, StageTimes};
+pub use exposure::Moment;
+#[doc(hidden)]
+pub use exposure::{Exposure, MOST_MOMENTS};
 #[doc(hidden)]
 pub use limits::{far_limit, level_bands};
 pub use options::{Engine, RenderOptions};
 pub use overlays::Overlays;
+#[doc(hidden)]
 pub use page_planner::{FlightPlan, LivePlan, NumberedCamera};
 pub use renderer::Renderer;
+#[doc(hidden)]
 pub use unserved::Unserved;
 
 use crate::space::Camera;

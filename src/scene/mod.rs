@@ -32,6 +32,7 @@ mod sun;
 mod tests;
 mod weather_tables;
 
+#[doc(hidden)]
 pub use cast::{Cast, Scenery};
 pub use contents::Scene;
 #[doc(hidden)]

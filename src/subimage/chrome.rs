@@ -29,7 +29,7 @@ struct Event {
 pub struct NamedTrace<'t> {
     /// Name of the run.
     pub name: String,
-    /// When its tasks ran.
+    /// Begin and end of each of its tasks.
     pub trace: &'t Trace,
 }
 

@@ -27,12 +27,9 @@ pub use chrome::{NamedTrace, chrome_trace};
 pub use farm::Farm;
 #[doc(hidden)]
 pub use overlap::{Batch, DEFAULT_IN_FLIGHT};
-pub use schedule::FrameWork;
 #[doc(hidden)]
-pub use schedule::makespan;
-pub use task::TaskSize;
+pub use schedule::{FrameWork, makespan};
 #[doc(hidden)]
-pub use task::{Stage, Subimage, split};
-pub use trace::Trace;
+pub use task::{Stage, Subimage, TaskSize, split};
 #[doc(hidden)]
-pub use trace::{FrameSpan, TaskSpan};
+pub use trace::{FrameSpan, TaskSpan, Trace};

@@ -37,5 +37,5 @@ pub use shade::{SHADE_APRON, Shade, ShadePage, Shades};
 #[doc(hidden)]
 pub use stars::{Firmament, Star, starlight_through, stars};
 #[doc(hidden)]
-pub use sun::seen_through;
-pub use sun::{Night, Sky, Sun, SunSetting};
+pub use sun::{Night, seen_through};
+pub use sun::{Sky, Sun, SunSetting};

@@ -51,9 +51,8 @@ pub use block_spans::BlockSpans;
 pub use bytes::AlignedBytes;
 #[doc(hidden)]
 pub use cut::Cut;
-pub use directory::Directory;
 #[doc(hidden)]
-pub use directory::ENTRY_BYTES;
+pub use directory::{Directory, ENTRY_BYTES};
 #[doc(hidden)]
 pub use earlier::{EarlierFile, EarlierPage};
 #[doc(hidden)]
@@ -87,7 +86,9 @@ pub use span_table::{BLOCK_SIDE, SpanBlock, SpanTable, SpansView};
 pub use store::MemPages;
 #[doc(hidden)]
 pub use store::{FileBytes, PageStore, Touched};
-pub use trust::{Damaged, Trust, Verify};
+pub use trust::Verify;
+#[doc(hidden)]
+pub use trust::{Damaged, Trust};
 #[doc(hidden)]
 pub use undo::open_to_read;
 

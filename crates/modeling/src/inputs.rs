@@ -35,7 +35,7 @@ pub(super) const CACHE_TO_LOOK: u64 = 64 << 20;
 pub(super) struct FeatureInput {
     /// Features as the file has them.
     pub layer: Layer,
-    /// What they mean, with the materials of the place.
+    /// Meaning of the features, with the materials of the place.
     pub options: LayerOptions,
 }
 

@@ -169,9 +169,9 @@ struct ScanTally {
 /// Sum of the samples of a cell.
 #[derive(Debug, Clone, Copy, Default)]
 struct CellSum {
-    /// Sum of those that are known, metres.
+    /// Sum of the known samples, metres.
     sum: f64,
-    /// How many are known.
+    /// Number of known samples.
     count: u64,
 }
 
