@@ -1,7 +1,5 @@
 //! Mattes in EXR files.
 
-use ::exr::prelude::FlatSamples;
-
 use super::super::{exr, testing};
 use super::*;
 
@@ -114,36 +112,6 @@ fn the_manifest_tells_ids_of_all_names() {
     // An object that is called like the ground is not it.
     let channels = matte.channels(&testing::frame(6, 3));
     assert_eq!(plane(&channels, "CryptoObject00.R")[17], id("ground_"));
-}
-
-#[test]
-fn files_hold_what_the_frame_holds() {
-    let mut frame = testing::frame(6, 3);
-    let plain = exr_of(&frame);
-    let covers = vec![cover(7, 1, 0.75), cover(7, MatteCoverage::GROUND, 0.25)];
-    let matte = Matte { names: vec!["Küste".into(), "mast".into()], covers };
-    frame.aov.matte = Some(matte.clone());
-    frame.aov.motion = Some((0..18).map(|pixel| [pixel as f32, -0.5 * pixel as f32]).collect());
-    let bytes = exr_of(&frame);
-    let read = exr::decode(&bytes, None).map_err(|what| what.to_string()).unwrap();
-    let channel = |name: &str| match read.channel(name) {
-        Some(FlatSamples::F32(samples)) => samples.clone(),
-        other => panic!("{name}: {other:?}"),
-    };
-    for (name, samples) in matte.channels(&frame) {
-        assert!(channel(&name) == samples, "{name}");
-    }
-
-    assert_eq!((channel("forward.u")[5], channel("forward.v")[5]), (5.0, -2.5));
-    for (name, value) in matte.attributes() {
-        let text =
-            [name.as_bytes(), b"\0string\0", &(value.len() as u32).to_le_bytes(), value.as_bytes()].concat();
-        assert!(bytes.windows(text.len()).any(|part| part == text), "{name}");
-    }
-
-    // Without them a file is what it was.
-    frame.aov = crate::frame::Aov::default();
-    assert!(exr_of(&frame) == plain && bytes != plain);
 }
 
 fn exr_of(frame: &Frame) -> Vec<u8> {

@@ -33,7 +33,7 @@ impl Written {
 
 /// The bytes of the file that [`write_frame`] would write; the extension of `path` decides the encoder.
 pub fn encode_frame(path: &Path, frame: &Frame, info: &FrameInfo) -> Result<Vec<u8>> {
-    frame.check_planes(path)?;
+    frame.check_lengths(path)?;
     match Target::of(path)? {
         Target::Png => png::encode(path, &srgb8_picture(&frame.colour), &frame.camera, info),
         Target::Exr => exr::encode(path, frame, info),

@@ -7,7 +7,7 @@ use crate::space::Camera;
 use crate::voxel::{Attributes, Material};
 use hedgehop_base::error::{Error, Result};
 
-/// One rendered frame. All planes are `[height][width]`, row 0 at the top of the screen.
+/// One rendered frame. All arrays are `[height][width]`, row 0 at the top of the screen.
 #[derive(Debug, Clone)]
 pub struct Frame {
     /// Camera that looked.
@@ -17,7 +17,8 @@ pub struct Frame {
     /// Distance along the ray, metres; infinite where the sky is seen, and where the screen has no picture
     /// ([`Camera::ray`] is `None`): there the colour is black.
     pub range: Vec<f32>,
-    /// Unit surface normal in world space (x east, y north, z up); zero for the sky.
+    /// Unit normal of the surface that was seen, ground or solid, in world space (x east, y north, z up); zero for the sky.
+    /// Those of crowns may look away from the eye.
     pub normal: Vec<[f32; 3]>,
     /// Level index of the surface that was seen; [`Frame::SKY_LEVEL`] for the sky, [`Frame::BODY_LEVEL`] for bodies.
     pub level: Vec<u8>,
@@ -34,7 +35,7 @@ pub struct Aov {
     pub matte: Option<Matte>,
     /// Motion vectors: pixels to the right and up until the next frame, `[height][width]`; see [`motion()`](super::motion()).
     pub motion: Option<Vec<[f32; 2]>>,
-    /// Colours that tell materials apart: [`Material::mark`] of each pixel's `id`.
+    /// Whether files get a colour for each material: [`Material::mark`] of each pixel's `id`.
     pub material: bool,
 }
 
@@ -75,15 +76,15 @@ impl Frame {
         u32::from(attributes.source) << 16 | u32::from(attributes.material) << 8 | u32::from(attributes.flags)
     }
 
-    /// Whether every plane has one value per pixel of the camera; `path` is where it was to go.
-    pub(crate) fn check_planes(&self, path: &Path) -> Result<()> {
+    /// Checks that every array has one value per pixel of the camera; `path` is where it was to go.
+    pub(crate) fn check_lengths(&self, path: &Path) -> Result<()> {
         let (width, height) = (self.camera.width as usize, self.camera.height as usize);
         let pixels = width.checked_mul(height).filter(|&pixels| pixels > 0);
-        let planes =
+        let lengths =
             [self.colour.len(), self.range.len(), self.normal.len(), self.level.len(), self.id.len()];
-        if planes.iter().any(|&plane| Some(plane) != pixels) {
+        if lengths.iter().any(|&length| Some(length) != pixels) {
             let what = format!(
-                "planes of {planes:?} values (colour, range, normal, level, id) do not make a picture of \
+                "arrays of {lengths:?} values (colour, range, normal, level, id) do not make a picture of \
                  {width}×{height}; --size must be at least 1×1"
             );
             return Err(Error::invalid(path, what));

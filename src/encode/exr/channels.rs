@@ -1,0 +1,101 @@
+//! Channels of an EXR file, from those of a frame.
+
+use ::exr::prelude::{AnyChannel, AnyChannels, FlatSamples, f16};
+
+use crate::frame::Frame;
+use crate::space::{Ray, Screen};
+use hedgehop_base::colour::linear_from_srgb8;
+
+/// Samples of all channels of a file.
+pub(super) type Channels = AnyChannels<FlatSamples>;
+
+/// Meaning of the channels.
+pub(super) const CHANNEL_CONVENTIONS: &str = "R G B: linear Rec. 709, 1 is display white; Z: metres along the optical \
+     axis (planar depth) on planar and orthographic screens, the range on others, range: metres along the ray \
+     (slant), both +infinity for the sky; A: 0 where the screen has no picture, else 1; N: unit surface normal, \
+     x east, y north, z up, 0 for the sky; level: index of the voxel level (side 4^level units), 255 for the \
+     sky; id: source << 16 | material << 8 | flags, 4294967295 for the sky; worldToCamera: row vectors, \
+     camera x right, y up, z forward; its translation is rounded to f32, the eye is exact in hedgehop.eye_m";
+
+/// Meaning of motion vectors, where a file has them.
+pub(super) const MOTION_CONVENTIONS: &str =
+    "; forward: pixels to the right (u) and up (v) until the next frame";
+
+/// Returns all channels of a frame, sorted by name.
+pub(super) fn channels(frame: &Frame) -> Channels {
+    let float = |plane: Vec<f32>| FlatSamples::F32(plane);
+    let colour = |part: usize| {
+        FlatSamples::F16(frame.colour.iter().map(|pixel| half_from_radiance(pixel[part])).collect())
+    };
+    let normal = |part: usize| {
+        FlatSamples::F16(frame.normal.iter().map(|normal| f16::from_f32(normal[part])).collect())
+    };
+    let alpha = FlatSamples::F16(rays(frame).map(|ray| ray.map_or(f16::ZERO, |_| f16::ONE)).collect());
+    let level = FlatSamples::U32(frame.level.iter().copied().map(u32::from).collect());
+
+    let named = [
+        ("R", colour(0)),
+        ("G", colour(1)),
+        ("B", colour(2)),
+        ("A", alpha),
+        ("Z", float(depth(frame))),
+        ("range", float(frame.range.clone())),
+        ("N.X", normal(0)),
+        ("N.Y", normal(1)),
+        ("N.Z", normal(2)),
+        ("level", level),
+        ("id", FlatSamples::U32(frame.id.clone())),
+    ];
+
+    let aov =
+        aov_channels(frame).into_iter().map(|(name, samples)| AnyChannel::new(name.as_str(), float(samples)));
+    AnyChannels::sort(
+        named.into_iter().map(|(name, samples)| AnyChannel::new(name, samples)).chain(aov).collect(),
+    )
+}
+
+/// Returns the further channels that were asked for: mattes, motion, materials.
+fn aov_channels(frame: &Frame) -> Vec<(String, Vec<f32>)> {
+    let mut channels = frame.aov.matte.as_ref().map_or_else(Vec::new, |matte| matte.channels(frame));
+    if let Some(motion) = &frame.aov.motion {
+        let part = |part: usize| motion.iter().map(|vector| vector[part]).collect();
+        channels.extend(
+            ["forward.u", "forward.v"].into_iter().zip([part(0), part(1)]).map(|(n, p)| (n.to_owned(), p)),
+        );
+    }
+    if frame.aov.material {
+        let mark = |id: &u32| {
+            Frame::material_of(*id).map_or([0.0; 3], |material| linear_from_srgb8(material.mark()))
+        };
+        let part = |part: usize| frame.id.iter().map(|id| mark(id)[part]).collect();
+        let names = ["material.R", "material.G", "material.B"].map(str::to_owned);
+        channels.extend(names.into_iter().zip([part(0), part(1), part(2)]));
+    }
+    channels
+}
+
+/// Radiance as a half: what exceeds the largest half, 65504, is clipped to it, not made infinite.
+pub(super) fn half_from_radiance(radiance: f32) -> f16 {
+    f16::from_f32(radiance.clamp(f16::MIN.to_f32(), f16::MAX.to_f32()))
+}
+
+/// The ray of every pixel, row by row.
+fn rays(frame: &Frame) -> impl Iterator<Item = Option<Ray>> + '_ {
+    let camera = &frame.camera;
+    let pixels = (0..camera.height).flat_map(|row| (0..camera.width).map(move |column| (column, row)));
+    pixels.map(|(column, row)| camera.ray(f64::from(column) + 0.5, f64::from(row) + 0.5))
+}
+
+/// Metres along the optical axis of every pixel, `Z = range · cos`, where all of the picture lies before the eye; else the
+/// range, since depth along an axis says nothing of what is beside or behind it.
+fn depth(frame: &Frame) -> Vec<f32> {
+    let camera = &frame.camera;
+    if !matches!(camera.screen(), Screen::Planar { .. } | Screen::Lens { .. } | Screen::Orthographic { .. }) {
+        return frame.range.clone();
+    }
+    let planar = |(ray, &range): (Option<Ray>, &f32)| match ray {
+        Some(ray) => (f64::from(range) * camera.axis_cosine(ray.direction)) as f32,
+        None => f32::INFINITY,
+    };
+    rays(frame).zip(&frame.range).map(planar).collect()
+}
