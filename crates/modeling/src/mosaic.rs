@@ -22,7 +22,7 @@ use super::placed::ElevationInput;
 use super::synthetic::{Detail, Refinement};
 use super::warp::{self, LevelGrid, Rect, TOLERANCE, WarpField};
 use crate::raster::Window;
-use crate::surveyed::Survey;
+use crate::survey_result::Survey;
 use hedgehop::Size;
 use hedgehop_base::error::Result;
 

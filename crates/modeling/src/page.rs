@@ -31,7 +31,7 @@ use super::tint::Tint;
 use super::warp::{self, LevelGrid, Rect};
 use crate::built::{Built, Tiles};
 use crate::natural::{NaturalBlock, NaturalGround};
-use crate::surveyed::Survey;
+use crate::survey_result::Survey;
 use crate::void_fill;
 use hedgehop::voxel::{
     APRON, Attributes, Grid, HeightCode, Material, PAGE_SIDE, PageBuffer, PageId, Placement, RADIX,

@@ -15,7 +15,7 @@ use super::object::{BuiltIn, ScatterFile, ScatterForm};
 use super::options::BuildOptions;
 use super::synthetic::Terrain;
 use crate::naming::{crs_label, file_name};
-use crate::surveyed::Survey;
+use crate::survey_result::Survey;
 use hedgehop::voxel::{Grid, SourceRecord};
 
 /// Kinds of shapes by their names in recipes; a plane lies below all others.

@@ -14,11 +14,11 @@ use crate::options::{BuildOptions, NodataFill};
 use crate::page::Project;
 use crate::placed::{ElevationInput, ImageryInput};
 use crate::plan::Plan;
-use crate::surveyed::Survey;
+use crate::survey_result::Survey;
 use crate::synthetic::Roughness;
 use crate::tint::Tint;
 use crate::warp::Rect;
-use crate::{scan, sources};
+use crate::{elevation_survey, sources};
 use hedgehop::voxel::{Grid, HeightCode, SharedObjects};
 use hedgehop_base::error::{Error, Result};
 use hedgehop_geo::VerticalDatum;
@@ -76,7 +76,8 @@ impl SurveyedBuild {
 
         // Every height, once.
         let measure = options.synthetic.detail.is_some_and(|detail| detail.roughness == Roughness::Auto);
-        let surveys = scan::survey(&elevation, plan, planned.traced(), measure, budget.threads, observer)?;
+        let surveys =
+            elevation_survey::survey(&elevation, plan, planned.traced(), measure, budget.threads, observer)?;
         let rough = sources::roughness(&surveys, &record.metadata.sources, clouds.len());
         record.notes(rough.into_iter().filter(|_| measure));
         record.notes(surveys.iter().flat_map(|survey| survey.notes.iter().cloned()));

@@ -23,7 +23,7 @@ use serde::{Deserialize, Serialize};
 use super::key::Key;
 use crate::counts::PageCounts;
 use crate::materials::Classes;
-use crate::surveyed::Survey;
+use crate::survey_result::Survey;
 use hedgehop::voxel::{ContentHash, PageEntry, PageId, PagePart};
 
 const MAGIC: [u8; 8] = *b"HOPSTEP1";

@@ -32,7 +32,7 @@ use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use super::counts::PageCounts;
-use crate::surveyed::Survey;
+use crate::survey_result::Survey;
 pub(super) use aside::Aside;
 pub use handover::take_over;
 use hedgehop::voxel::{ContentHash, EarlierFile, EarlierPage, Grid, PageId, PageWriter, SealedFile};

@@ -1,10 +1,10 @@
-//! Survey of one source.
+//! Result of the survey of one source of elevation.
 
 use serde::{Deserialize, Serialize};
 
 use super::synthetic::Energies;
 
-/// Survey of one source.
+/// Result of the survey of one source of elevation.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(super) struct Survey {
     /// Lowest and highest sample, metres above the source's datum; `None` if all are void.

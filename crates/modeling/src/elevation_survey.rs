@@ -1,4 +1,4 @@
-//! One look at every elevation sample that the build may use, before the first page.
+//! Survey of elevation: one look at every sample that the build may use, before the first page.
 //!
 //! The code of heights must span all of them, and voids that are wider than the fill's reach need the broad shape
 //! of the terrain around: per source a surface of at most [`COARSE`]² cell means, whose empty cells are
@@ -12,7 +12,7 @@ use super::warp;
 use super::workers::in_order;
 use crate::page_keys::SourceKeys;
 use crate::raster::Window;
-use crate::surveyed::{Coarse, Survey};
+use crate::survey_result::{Coarse, Survey};
 use hedgehop::Size;
 use hedgehop::voxel::Grid;
 use hedgehop_base::error::Result;
@@ -56,13 +56,13 @@ pub(super) fn survey(
                 return Ok(known);
             }
 
-            let mut total = ScanTally::new(source.samples.size());
+            let mut total = SurveyTally::new(source.samples.size());
             in_order(
                 plan.count(),
                 threads,
                 observer,
                 Vec::new,
-                |samples, chunk| ScanTally::of(source, plan.window(chunk), measure, samples),
+                |samples, chunk| SurveyTally::of(source, plan.window(chunk), measure, samples),
                 |_, tally| {
                     total.add(&tally);
                     observer.advance(1);
@@ -156,7 +156,7 @@ fn needed(source: &ElevationInput, plan: &Plan) -> Option<Window> {
 }
 
 /// Extremes and cell sums of some samples.
-struct ScanTally {
+struct SurveyTally {
     range: (f64, f64),
     energies: Energies,
     layout: ChunkLayout,
@@ -204,7 +204,7 @@ impl ChunkLayout {
     }
 }
 
-impl ScanTally {
+impl SurveyTally {
     fn empty(layout: ChunkLayout, first_row: usize, rows: usize) -> Self {
         Self {
             range: (f64::INFINITY, f64::NEG_INFINITY),
