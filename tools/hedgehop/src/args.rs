@@ -13,6 +13,7 @@ use hedgehop::render::Engine;
 use hedgehop::simd::Isa;
 use hedgehop::subimage::TaskSize;
 use hedgehop::sunlight::{Sun, SunSetting};
+use hedgehop_modeling::raster::{FORMATS, RasterFormat};
 use hedgehop_modeling::recipe::matching;
 
 /// Widest and highest picture, pixels. A frame holds about 40 bytes per pixel.
@@ -288,12 +289,25 @@ impl From<AltitudeMode> for hedgehop::flight::AltitudeMode {
     }
 }
 
-/// Endings of files of elevation, the commonest first, for the pattern that is proposed in place of a folder.
-pub const ELEVATION_ENDINGS: [&str; 14] =
-    ["tif", "tiff", "hgt", "dt2", "dt1", "dt0", "asc", "flt", "bil", "bip", "bsq", "dem", "bt", "png"];
+/// Formats of elevation, the commonest first.
+pub fn elevation_formats() -> impl Iterator<Item = &'static RasterFormat> {
+    FORMATS.iter().filter(|format| format.is_elevation)
+}
 
-/// Endings of files of imagery, the commonest first, for the same use.
-pub const IMAGERY_ENDINGS: [&str; 5] = ["tif", "tiff", "jpg", "jpeg", "png"];
+/// Formats of imagery, the commonest first.
+pub fn imagery_formats() -> impl Iterator<Item = &'static RasterFormat> {
+    FORMATS.iter().filter(|format| format.is_imagery)
+}
+
+/// Lists the names of formats for a sentence of help.
+pub fn names(formats: impl Iterator<Item = &'static RasterFormat>) -> String {
+    formats.map(|format| format.name).collect::<Vec<_>>().join(", ")
+}
+
+/// Collects the endings of files of formats, for the pattern that is proposed in place of a folder.
+pub fn endings(formats: impl Iterator<Item = &'static RasterFormat>) -> Vec<&'static str> {
+    formats.flat_map(|format| format.endings.iter().copied()).collect()
+}
 
 /// Files that an argument names, patterns expanded that no shell has. Refuses folders before any work begins, with a pattern for those of
 /// their files that end like one of `endings`.
@@ -401,7 +415,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let refusal = || {
             let files = [folder.path().to_owned()];
-            input_files("--elevation", &files, &ELEVATION_ENDINGS).unwrap_err().to_string()
+            input_files("--elevation", &files, &endings(elevation_formats())).unwrap_err().to_string()
         };
         assert!(refusal().contains("is a folder") && refusal().ends_with("*.tif\""), "{}", refusal());
         for name in ["a.HGT", "b.hgt", "c.tif", "notes.txt"] {
@@ -410,10 +424,17 @@ mod tests {
         assert!(refusal().ends_with("*.hgt\" (2 files there)"), "{}", refusal());
 
         let pattern = [folder.path().join("?.*")];
-        assert_eq!(input_files("--elevation", &pattern, &ELEVATION_ENDINGS).unwrap().len(), 3);
+        assert_eq!(input_files("--elevation", &pattern, &endings(elevation_formats())).unwrap().len(), 3);
         let pattern = [folder.path().join("*.laz")];
         let error = input_files("--cloud", &pattern, &["laz"]).unwrap_err().to_string();
         assert!(error.starts_with("--cloud ") && error.contains("no file matches"), "{error}");
+    }
+
+    #[test]
+    fn endings_are_proposed_with_the_commonest_first() {
+        assert_eq!(endings(imagery_formats()), ["tif", "tiff", "jpg", "jpeg", "png"]);
+        let elevation = endings(elevation_formats());
+        assert_eq!((elevation.len(), elevation[0], elevation[13]), (14, "tif", "png"));
     }
 
     #[test]

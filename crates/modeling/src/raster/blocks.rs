@@ -8,6 +8,11 @@ use crate::raster::{Raster, RasterInfo, SampleType, Window};
 use hedgehop_base::Size;
 use hedgehop_base::error::{Error, Result};
 
+/// Command that converts a file to one of small tiles.
+pub(super) const TO_TILES: &str = "gdal_translate -co TILED=YES IN out.tif";
+/// Command that converts a file to one of small tiles, each compressed.
+pub(super) const TO_DEFLATED_TILES: &str = "gdal_translate -co TILED=YES -co COMPRESS=DEFLATE IN out.tif";
+
 /// Position of a block in the block grid; `plane` is the band if bands lie apart, otherwise 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct BlockIndex {

@@ -1,16 +1,26 @@
-//! Detection of a file's format: by its first bytes, else by its extension.
+//! Detection of a file's format: by its first bytes, else by the ending of its name, else by a header beside it.
 
 use std::path::{Path, PathBuf};
 
 use super::file::InputFile;
-use super::{ascii, bt, dted, ehdr, envi, hgt, mask, picture, raw, side, tiff};
+use super::read::{bt, dted, envi, esri_ascii, esri_header, headerless, hgt, picture, tiff};
+use super::{mask_file, side_files};
 use crate::raster::{OpenOptions, Raster};
 use hedgehop_base::error::{Error, Result};
 
-/// Bytes that decide.
+/// Bytes from the beginning that detection looks at.
 const HEAD: u64 = 4096;
 
-/// Formats that are recognised only to be refused: first bytes, name.
+/// Function that opens a file of one format.
+type OpenRaster = fn(InputFile, &OpenOptions) -> Result<Box<dyn Raster>>;
+
+/// Endings of formats that are told by their first bytes: a file so named that begins otherwise is damaged.
+const ENDINGS_TOLD_BY_BYTES: [&str; 9] = ["png", "jpg", "jpeg", "tif", "tiff", "bt", "dt0", "dt1", "dt2"];
+
+/// Endings of files that stand beside a raster and state its place or its samples.
+const SIDE_FILE_ENDINGS: [&str; 6] = ["hdr", "prj", "tfw", "pgw", "jgw", "wld"];
+
+/// Formats that are recognised by their first bytes only to be refused: these bytes, name.
 const FOREIGN: [(&[u8], &str); 19] = [
     (b"\x89HDF", "HDF5 or netCDF-4"),
     (b"\x0e\x03\x13\x01", "HDF4"),
@@ -33,11 +43,28 @@ const FOREIGN: [(&[u8], &str); 19] = [
     (b"Lerc2 ", "LERC"),
 ];
 
+/// Formats that are recognised by their endings only to be refused: ending, name.
+const FOREIGN_ENDINGS: [(&str, &str); 12] = [
+    ("e00", "an Arc/Info export"),
+    ("adf", "an Arc/Info grid"),
+    ("nc", "netCDF"),
+    ("jp2", "JPEG 2000"),
+    ("j2k", "JPEG 2000"),
+    ("grd", "a grid"),
+    ("ddf", "SDTS"),
+    ("ter", "Terragen"),
+    ("vrt", "a GDAL virtual raster"),
+    ("xyz", "a list of points"),
+    ("csv", "a list of points"),
+    ("dem", "a USGS DEM"),
+];
+
 /// Opens a raster of any supported format, with the mask beside it.
 pub(super) fn open(path: &Path, options: &OpenOptions) -> Result<Box<dyn Raster>> {
-    mask::with_file(open_alone(path, options)?, options)
+    mask_file::with_mask(open_alone(path, options)?, options)
 }
 
+/// Opens a raster without regard to a mask beside it.
 fn open_alone(path: &Path, options: &OpenOptions) -> Result<Box<dyn Raster>> {
     let file = InputFile::open(path)?;
     let head = file.head(HEAD)?;
@@ -45,80 +72,90 @@ fn open_alone(path: &Path, options: &OpenOptions) -> Result<Box<dyn Raster>> {
         return Err(Error::invalid(path, "is empty"));
     }
 
-    match head.as_slice() {
-        [b'I', b'I', 42 | 43, 0, ..] | [b'M', b'M', 0, 42 | 43, ..] => return tiff::open(file, options),
-        head if hedgehop_assets::picture::format(head).is_some() => return picture::open(file, options),
-        [b'b', b'i', b'n', b't', b'e', b'r', b'r', ..] => return bt::open(file, options),
-        [b'U' | b'V' | b'H', b'H' | b'O' | b'D', b'L' | b'R', b'1', ..] => return dted::open(file, options),
-        _ => {}
+    let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
+    if let Some(open) = by_first_bytes(&head).or_else(|| by_ending(&ending)) {
+        return open(file, options);
     }
 
-    if ascii::recognises(&head) {
-        return ascii::open(file, options);
-    }
-
-    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
-    if extension == "hgt" {
-        return hgt::open(file);
-    }
-
-    refuse_foreign(path, &head, &extension)?;
+    refuse_compressed(path, &head)?;
+    refuse_side_files(path, &ending)?;
+    refuse_unlike_ending(path, &ending)?;
+    refuse_foreign(path, &head, &ending)?;
     open_with_header(file, options)
 }
 
-/// Raw samples with a `.hdr` beside them, or none at all.
+/// Finds the reader of a format that its first bytes tell.
+fn by_first_bytes(head: &[u8]) -> Option<OpenRaster> {
+    let open: OpenRaster = match head {
+        [b'I', b'I', 42 | 43, 0, ..] | [b'M', b'M', 0, 42 | 43, ..] => tiff::open,
+        _ if hedgehop_assets::picture::format(head).is_some() => picture::open,
+        [b'b', b'i', b'n', b't', b'e', b'r', b'r', ..] => bt::open,
+        [b'U' | b'V' | b'H', b'H' | b'O' | b'D', b'L' | b'R', b'1', ..] => dted::open,
+        _ if esri_ascii::recognises(head) => esri_ascii::open,
+        _ => return None,
+    };
+    Some(open)
+}
+
+/// Finds the reader of a format that only the ending of its name tells, in lower case.
+fn by_ending(ending: &str) -> Option<OpenRaster> {
+    let open: OpenRaster = match ending {
+        "hgt" => |file, _| hgt::open(file),
+        _ => return None,
+    };
+    Some(open)
+}
+
+/// Opens raw samples with a `.hdr` beside them, or with none at all.
 fn open_with_header(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Raster>> {
     let mut appended = file.path().as_os_str().to_owned();
     appended.push(".hdr");
     let appended = PathBuf::from(appended);
-    let header = if appended.is_file() { Some(appended) } else { side::beside(file.path(), "hdr") };
+    let header = if appended.is_file() { Some(appended) } else { side_files::beside(file.path(), "hdr") };
     let Some(header) = header.filter(|_| options.raw.is_none()) else {
-        return raw::open_headerless(file, options);
+        return headerless::open(file, options);
     };
-    let text = side::text(&header)?;
+    let text = side_files::text(&header)?;
     if text.trim_start().starts_with("ENVI") {
         envi::open(file, &header, &text)
     } else {
-        ehdr::open(file, &header, &text)
+        esri_header::open(file, &header, &text)
     }
 }
 
-fn refuse_foreign(path: &Path, head: &[u8], extension: &str) -> Result<()> {
-    let unzip =
-        |tool: &str| Err(Error::unsupported(path, "is compressed as a whole", format!("unpack it: {tool}")));
-    if head.starts_with(b"PK\x03\x04") {
-        return unzip("unzip IN");
-    }
-    if head.starts_with(b"\x1f\x8b") {
-        return unzip("gunzip IN");
-    }
+/// Refuses files that are compressed as a whole.
+fn refuse_compressed(path: &Path, head: &[u8]) -> Result<()> {
+    let tool = match head {
+        [b'P', b'K', 3, 4, ..] => "unzip IN",
+        [0x1f, 0x8b, ..] => "gunzip IN",
+        _ => return Ok(()),
+    };
+    Err(Error::unsupported(path, "is compressed as a whole", format!("unpack it: {tool}")))
+}
 
-    let known = FOREIGN.iter().find(|(magic, _)| head.starts_with(magic)).map(|(_, name)| *name);
-    let format = known.or(match extension {
-        "hdr" | "prj" | "tfw" | "pgw" | "jgw" | "wld" => {
-            return Err(Error::invalid(path, "is a side file; name the raster beside it"));
-        }
-        "msk" => return Err(Error::invalid(path, "is a mask; name the raster beside it")),
-        "png" | "jpg" | "jpeg" | "tif" | "tiff" | "bt" | "dt0" | "dt1" | "dt2" => {
-            let what = format!(
-                "does not begin as a .{extension} does; it is damaged or no such file, fetch it again"
-            );
-            return Err(Error::invalid(path, what));
-        }
-        "e00" => Some("an Arc/Info export"),
-        "adf" => Some("an Arc/Info grid"),
-        "nc" => Some("netCDF"),
-        "jp2" | "j2k" => Some("JPEG 2000"),
-        "grd" => Some("a grid"),
-        "ddf" => Some("SDTS"),
-        "ter" => Some("Terragen"),
-        "vrt" => Some("a GDAL virtual raster"),
-        "xyz" | "csv" => Some("a list of points"),
-        "dem" if side::beside(path, "hdr").is_none() => Some("a USGS DEM"),
-        _ => None,
-    });
+/// Refuses files that belong to the raster beside them.
+fn refuse_side_files(path: &Path, ending: &str) -> Result<()> {
+    if SIDE_FILE_ENDINGS.contains(&ending) {
+        return Err(Error::invalid(path, "is a side file; name the raster beside it"));
+    }
+    if ending == "msk" {
+        return Err(Error::invalid(path, "is a mask; name the raster beside it"));
+    }
+    Ok(())
+}
 
-    match format {
+/// Refuses files whose ending is that of a format that they do not begin like.
+fn refuse_unlike_ending(path: &Path, ending: &str) -> Result<()> {
+    if !ENDINGS_TOLD_BY_BYTES.contains(&ending) {
+        return Ok(());
+    }
+    let what = format!("does not begin as a .{ending} does; it is damaged or no such file, fetch it again");
+    Err(Error::invalid(path, what))
+}
+
+/// Refuses files of formats that are known, but not read.
+fn refuse_foreign(path: &Path, head: &[u8], ending: &str) -> Result<()> {
+    match foreign_name(path, head, ending) {
         Some(format) => Err(Error::unsupported(
             path,
             format!("is {format}, which is not read here"),
@@ -126,4 +163,16 @@ fn refuse_foreign(path: &Path, head: &[u8], extension: &str) -> Result<()> {
         )),
         None => Ok(()),
     }
+}
+
+/// Returns the name of the format that a file has, if it is one of those that are not read.
+fn foreign_name(path: &Path, head: &[u8], ending: &str) -> Option<&'static str> {
+    if let Some((_, name)) = FOREIGN.iter().find(|(bytes, _)| head.starts_with(bytes)) {
+        return Some(name);
+    }
+    // GTOPO30 has the ending of a USGS DEM too, and a header beside it.
+    if ending == "dem" && side_files::beside(path, "hdr").is_some() {
+        return None;
+    }
+    FOREIGN_ENDINGS.iter().find(|(foreign, _)| *foreign == ending).map(|(_, name)| *name)
 }

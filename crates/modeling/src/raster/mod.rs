@@ -1,48 +1,43 @@
 //! Rasters: elevation and imagery files behind one trait, read window by window.
 //!
-//! [`open`] finds the format and returns a [`Raster`]; nothing is decoded before it is asked for. Two readers do
-//! the work for all formats:
+//! [`open`] finds the format (`detect.rs`) and returns a [`Raster`] of its reader (`read/`); nothing is decoded before it is
+//! asked for. [`FORMATS`] lists the formats. Two types do the work for all readers:
 //!
-//! - `raw::RawRaster`: samples lie in the file as they are (uncompressed TIFF strips, `.hgt`, `.bil`, `.flt`, ENVI,
-//!   headerless raw): a window is read row by row from where it lies, without a cache of its own.
-//! - `blocks::BlockRaster`: everything that is decoded in blocks (TIFF tiles and strips, groups of DTED or `.bt`
-//!   columns, groups of ASCII rows, whole PNG and JPEG pictures), through a cache bounded by
-//!   [`OpenOptions::cache_bytes`] in which each block is decoded once, however many threads ask for it.
+//! - `raw::RawRaster`: samples lie in the file as they are: a window is read row by row from where it lies, without a cache of
+//!   its own.
+//! - `blocks::BlockRaster`: everything that is decoded in blocks (tiles, groups of rows or columns, whole pictures), through a
+//!   cache bounded by [`OpenOptions::cache_bytes`] in which each block is decoded once, however many threads ask for it.
 //!
 //! [`ElevationRaster`] and [`ImageryRaster`] turn samples into metres and into colours.
 //!
 //! Every size that a file states is checked against the file's length or the cache before memory is allocated for it.
 
-mod ascii;
 mod band;
 mod blocks;
-mod bt;
 mod cache;
 mod columns;
 #[cfg(test)]
-mod damage;
+mod damage_tests;
+mod decimal;
 mod detect;
-mod dted;
-mod ehdr;
 mod elevation;
-mod envi;
-mod fields;
 mod file;
+mod formats;
 mod georeference;
-mod hgt;
+mod header_fields;
 mod imagery;
 mod info;
-mod mask;
-mod masked;
+mod mask_file;
+mod masked_raster;
 mod nodata;
 mod pam;
-mod picture;
 mod raw;
+mod read;
+mod reader;
 mod sample;
-mod side;
+mod side_files;
 #[cfg(test)]
 pub(super) mod testing;
-mod tiff;
 
 use std::path::Path;
 
@@ -50,8 +45,10 @@ use hedgehop_base::error::Result;
 
 pub use elevation::ElevationRaster;
 pub(super) use file::{InputFile, read_exact_at};
+pub use formats::{FORMATS, RasterFormat};
 pub use imagery::ImageryRaster;
-pub use info::{Band, GeoTransform, OpenOptions, Raster, RasterInfo, RawLayout, Role, SampleType, Window};
+pub use info::{Band, GeoTransform, OpenOptions, RasterInfo, RawLayout, Role, SampleType};
+pub use reader::{Raster, Window};
 
 /// Opens a raster of any supported format.
 ///

@@ -1,5 +1,6 @@
 //! Values that mean "no data", as files spell them.
 
+use super::decimal::decimal;
 use crate::raster::SampleType;
 
 /// Parses a nodata value as files spell it: `-9999`, ` -3.4e+38 `, `nan`, `-1.#QNAN`, `-9999,0`, `none`.
@@ -16,7 +17,7 @@ pub(super) fn parse(text: &str, sample: SampleType) -> Result<Option<f64>, Strin
     if ["nan", "#qnan", "#snan", "#ind"].iter().any(|spelling| text.contains(spelling)) {
         return Ok(Some(f64::NAN));
     }
-    let value = text.parse().or_else(|_| text.replace(',', ".").parse::<f64>()).map_err(|_| text.clone())?;
+    let value = decimal(&text).map_err(|_| text.clone())?;
     Ok(Some(sample.round(value)))
 }
 

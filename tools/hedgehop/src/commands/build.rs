@@ -67,6 +67,19 @@ const SAID_BY_RECIPES: [&str; 25] = [
     "bake_shadows",
 ];
 
+/// Returns the help of `--elevation`.
+fn elevation_help() -> String {
+    format!("Elevation rasters, highest priority first: {}", args::names(args::elevation_formats()))
+}
+
+/// Returns the help of `--imagery`.
+fn imagery_help() -> String {
+    let names = args::names(args::imagery_formats());
+    format!(
+        "Imagery, highest priority first: {names}, pictures with world files [default: none, colour follows height]"
+    )
+}
+
 /// Build a database from elevation rasters, point clouds and imagery, or as a recipe says.
 ///
 /// A recipe is a file that says what flags say and stays with its data: `hedgehop new` writes one to begin with. Inputs may be in any reference system; the database is in metres. Give several files in order of
@@ -78,16 +91,16 @@ pub struct BuildArgs {
     #[arg(value_name = "PLACE.toml", conflicts_with_all = SAID_BY_RECIPES)]
     recipe: Option<PathBuf>,
 
-    /// Elevation rasters, highest priority first: GeoTIFF, SRTM .hgt, DTED, Esri ASCII, 16-bit PNG, raw float32
-    #[arg(long, value_name = "FILE", num_args = 1.., required_unless_present_any = ["recipe", "cloud"])]
+    /// Elevation rasters, highest priority first
+    #[arg(long, value_name = "FILE", num_args = 1.., help = elevation_help(), required_unless_present_any = ["recipe", "cloud"])]
     elevation: Vec<PathBuf>,
 
     /// Point clouds, LAS or LAZ: their ground lies above that of --elevation, and buildings, plants and wires stand on it by their classes
     #[arg(long, value_name = "FILE", num_args = 1..)]
     cloud: Vec<PathBuf>,
 
-    /// Imagery, highest priority first: GeoTIFF, PNG or JPEG with world file [default: none, colour follows height]
-    #[arg(long, value_name = "FILE", num_args = 1..)]
+    /// Imagery, highest priority first
+    #[arg(long, value_name = "FILE", num_args = 1.., help = imagery_help())]
     imagery: Vec<PathBuf>,
 
     /// Maps of land cover, highest priority first: GeoTIFF of classes; the ground has their materials, and their colours where there is no imagery
@@ -317,9 +330,9 @@ impl BuildArgs {
     /// The same with files in place of patterns.
     fn with_files(mut self) -> hedgehop::Result<Self> {
         let files: [(&str, &mut Vec<PathBuf>, &[&str]); 6] = [
-            ("--elevation", &mut self.elevation, &args::ELEVATION_ENDINGS),
+            ("--elevation", &mut self.elevation, &args::endings(args::elevation_formats())),
             ("--cloud", &mut self.cloud, &["laz", "las"]),
-            ("--imagery", &mut self.imagery, &args::IMAGERY_ENDINGS),
+            ("--imagery", &mut self.imagery, &args::endings(args::imagery_formats())),
             ("--land-cover", &mut self.land_cover, &["tif", "tiff"]),
             ("--features", &mut self.features, &["geojson", "json", "shp", "gpkg", "csv"]),
             ("--corridor", &mut self.corridor, &["csv", "gpx", "igc", "kml"]),

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-use crate::args::{self, ELEVATION_ENDINGS, IMAGERY_ENDINGS, Workers};
+use crate::args::{self, Workers};
 use crate::exit::{self, Outcome};
 use crate::interrupt::Interrupt;
 use crate::progress::{Mode, Reporter};
@@ -123,14 +123,15 @@ pub fn run(args: &ShadowHeightsArgs, interrupt: &Interrupt) -> Outcome {
         );
     };
 
-    let elevation = args::input_files("--elevation", &args.elevation, &ELEVATION_ENDINGS)?;
+    let elevation =
+        args::input_files("--elevation", &args.elevation, &args::endings(args::elevation_formats()))?;
     let elevation = elevation.iter().map(|path| ElevationFile {
         path: path.clone(),
         crs: args.elevation_crs.clone(),
         nodata: args.nodata.clone(),
         ..ElevationFile::default()
     });
-    let imagery = args::input_files("--imagery", &args.imagery, &IMAGERY_ENDINGS)?;
+    let imagery = args::input_files("--imagery", &args.imagery, &args::endings(args::imagery_formats()))?;
 
     let imagery = imagery.iter().map(|path| ImageryFile {
         path: path.clone(),

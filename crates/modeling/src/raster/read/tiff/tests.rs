@@ -2,9 +2,8 @@
 
 use std::path::PathBuf;
 
-use super::super::{ImageryRaster, Role, open};
-use crate::raster::tiff::tags::tag;
-use crate::raster::{OpenOptions, Raster, RasterInfo, Window};
+use super::tags::tag;
+use crate::raster::{ImageryRaster, OpenOptions, Raster, RasterInfo, Role, Window, open};
 use hedgehop_base::error::Result;
 
 /// A value of a tag: type code and bytes, little-endian.

@@ -2,15 +2,15 @@
 //! post (`N35E138`), the length the spacing: 1201² posts are 3″ apart, 3601² are 1″ apart, and the first and last rows
 //! and columns lie on whole degrees (USGS, *SRTM Topography*, 2015, §2.1). Voids are −32768; heights are metres above EGM96.
 
-use super::file::InputFile;
-use super::raw::{RawRaster, RowStarts, SamplePlacement};
-use super::sample::ByteOrder;
+use crate::raster::file::InputFile;
+use crate::raster::raw::{RawRaster, RowStarts, SamplePlacement};
+use crate::raster::sample::ByteOrder;
 use crate::raster::{GeoTransform, Raster, RasterInfo, SampleType};
 use hedgehop_base::error::{Error, Result};
 use hedgehop_geo::{Crs, VerticalCrs, VerticalDatum};
 
 /// Opens a tile.
-pub(super) fn open(file: InputFile) -> Result<Box<dyn Raster>> {
+pub(in crate::raster) fn open(file: InputFile) -> Result<Box<dyn Raster>> {
     let posts: u32 = match file.length() {
         2_884_802 => 1201,
         25_934_402 => 3601,

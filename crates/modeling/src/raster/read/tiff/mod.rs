@@ -3,7 +3,7 @@
 //! ```text
 //! first directory → layout (size, bands, sample type, chunks) or a refusal with the command that converts
 //!                 → place (scale and tie point, or matrix; half a pixel back if pixels are points), CRS, nodata, scale
-//! uncompressed strips  → rows are read from where they lie (raw.rs), so that strips of any size are bounded
+//! uncompressed strips  → rows are read from where they lie (raster/raw.rs), so that strips of any size are bounded
 //! anything else        → chunk by chunk through the cache (chunk.rs)
 //! ```
 //! Of the later directories only GDAL's transparency mask is used (mask.rs); overviews are not. Samples come as stored: MinIsWhite is reported, not inverted. What would
@@ -18,21 +18,20 @@ mod metadata;
 mod table;
 mod tags;
 
-use super::blocks::BlockRaster;
-use super::file::InputFile;
-use super::raw::RawRaster;
-use super::side;
-use crate::raster::masked::Masked;
-use crate::raster::tiff::layout::{AS_TILES, DirectoryMeaning, TiffLayout};
-use crate::raster::{OpenOptions, Raster, RasterInfo};
+use crate::raster::blocks::{BlockRaster, TO_DEFLATED_TILES};
+use crate::raster::file::InputFile;
+use crate::raster::masked_raster::MaskedRaster;
+use crate::raster::raw::RawRaster;
+use crate::raster::{OpenOptions, Raster, RasterInfo, side_files};
 use chunk::ChunkedTiff;
 use hedgehop_base::Size;
 use hedgehop_base::error::Result;
 use ifd::Directory;
-pub(super) use mask::open_file as open_mask;
+use layout::{DirectoryMeaning, TiffLayout};
+pub(in crate::raster) use mask::open_file as open_mask;
 
 /// Opens a file.
-pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Raster>> {
+pub(in crate::raster) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Raster>> {
     let directory = Directory::first(&file)?;
     let layout = TiffLayout::parse(&file, &directory, options, DirectoryMeaning::Picture)?;
     let mask = mask::find(&file, &directory, options)?;
@@ -49,7 +48,7 @@ pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Ras
     };
 
     metadata::fill(&mut info, &directory)?;
-    side::complete(&mut info)?;
+    side_files::complete(&mut info)?;
     info.is_premultiplied = info.alpha_band.is_some_and(|band| layout.is_associated(band));
     let order = directory.order;
     drop(directory);
@@ -62,12 +61,12 @@ pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Ras
         None => Box::new(BlockRaster::new(
             ChunkedTiff { file, info, layout, order },
             options.cache_bytes,
-            AS_TILES,
+            TO_DEFLATED_TILES,
         )?),
     };
 
     Ok(match mask {
-        Some(mask) => Box::new(Masked::new(raster, mask)),
+        Some(mask) => Box::new(MaskedRaster::new(raster, mask)),
         None => raster,
     })
 }

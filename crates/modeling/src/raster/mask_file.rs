@@ -1,14 +1,14 @@
-//! Masks: which pixels of a raster mean anything.
+//! Masks in files of their own: which pixels of the raster beside them mean anything.
 //!
-//! GDAL keeps a mask as a later directory of a TIFF (`tiff::mask`) or, for a raster of any format, as a TIFF beside it with `.msk`
-//! behind its name (`gdal_translate -mask`, `nearblack -setmask`); the file beside it counts where there are both. 0 means that
-//! there is nothing. A mask becomes an alpha band behind the others, so that nobody has to know of it.
+//! GDAL keeps a mask as a later directory of a TIFF (`read/tiff/mask.rs`) or, for a raster of any format, as a TIFF beside
+//! it with `.msk` behind its name (`gdal_translate -mask`, `nearblack -setmask`); the file beside it counts where there are
+//! both. 0 means that there is nothing. A mask becomes an alpha band behind the others, so that nobody has to know of it.
 
 use std::path::{Path, PathBuf};
 
 use super::file::InputFile;
-use super::tiff;
-use crate::raster::masked::Masked;
+use super::masked_raster::MaskedRaster;
+use super::read::tiff;
 use crate::raster::{OpenOptions, Raster, RasterInfo};
 use hedgehop_base::error::{Error, Result};
 
@@ -16,7 +16,7 @@ use hedgehop_base::error::{Error, Result};
 ///
 /// # Errors
 /// A mask that cannot be read, or is of another size.
-pub(super) fn with_file(raster: Box<dyn Raster>, options: &OpenOptions) -> Result<Box<dyn Raster>> {
+pub(super) fn with_mask(raster: Box<dyn Raster>, options: &OpenOptions) -> Result<Box<dyn Raster>> {
     let Some(path) = beside(&raster.info().path) else { return Ok(raster) };
     let mask = tiff::open_mask(&InputFile::open(&path)?, options).map_err(|error| {
         let told = error.to_string();
@@ -37,7 +37,7 @@ pub(super) fn with_file(raster: Box<dyn Raster>, options: &OpenOptions) -> Resul
         return Err(Error::invalid(&path, what));
     }
 
-    Ok(Box::new(Masked::new(raster, mask)))
+    Ok(Box::new(MaskedRaster::new(raster, mask)))
 }
 
 fn beside(path: &Path) -> Option<PathBuf> {

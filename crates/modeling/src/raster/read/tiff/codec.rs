@@ -9,7 +9,7 @@ use flate2::read::ZlibDecoder;
 use weezl::decode::Configuration;
 use weezl::{BitOrder, LzwStatus};
 
-use crate::raster::tiff::tags::compression;
+use super::tags::compression;
 
 /// Bytes of a chunk's samples.
 #[derive(Debug, Clone, Copy)]

@@ -6,17 +6,16 @@
 
 use std::path::Path;
 
-use super::fields::TextFields;
-use super::file::InputFile;
-use super::raw::{RawRaster, RowStarts, SamplePlacement};
-use super::sample::ByteOrder;
-use super::{georeference, nodata, side};
-use crate::raster::{GeoTransform, Raster, RasterInfo, SampleType};
+use crate::raster::file::InputFile;
+use crate::raster::header_fields::TextFields;
+use crate::raster::raw::{RawRaster, RowStarts, SamplePlacement};
+use crate::raster::sample::ByteOrder;
+use crate::raster::{GeoTransform, Raster, RasterInfo, SampleType, georeference, nodata, side_files};
 use hedgehop_base::Size;
 use hedgehop_base::error::{Error, Result};
 
 /// Opens the samples in `file` that the text of `header` describes.
-pub(super) fn open(file: InputFile, header: &Path, text: &str) -> Result<Box<dyn Raster>> {
+pub(in crate::raster) fn open(file: InputFile, header: &Path, text: &str) -> Result<Box<dyn Raster>> {
     let fields = parse(header, text);
     let (width, height) = (fields.size("ncols")?, fields.size("nrows")?);
     let bands = fields.whole("nbands")?.unwrap_or(1);
@@ -43,7 +42,7 @@ pub(super) fn open(file: InputFile, header: &Path, text: &str) -> Result<Box<dyn
         ..RasterInfo::blank(file.path(), if float { "GridFloat" } else { "Esri raw raster" })
     };
 
-    side::complete(&mut info)?;
+    side_files::complete(&mut info)?;
     Ok(Box::new(RawRaster::new(file, info, placement)?))
 }
 

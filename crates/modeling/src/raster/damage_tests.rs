@@ -8,8 +8,7 @@ use image::codecs::jpeg::JpegEncoder;
 use tiff::encoder::colortype::{Gray16, RGB8};
 use tiff::encoder::{Compression, DeflateLevel, Predictor, TiffEncoder};
 
-use super::{ElevationRaster, ImageryRaster, open};
-use crate::raster::{OpenOptions, Window};
+use crate::raster::{ElevationRaster, ImageryRaster, OpenOptions, Window, open};
 use hedgehop_base::error::Result;
 use hedgehop_testing::{Count, Damage};
 

@@ -13,13 +13,13 @@ use std::io::Cursor;
 
 use tiff::decoder::{Decoder, Limits};
 
-use super::super::blocks::{Block, BlockIndex, BlockSource};
-use super::super::file::InputFile;
-use super::super::sample::ByteOrder;
 use super::codec::{self, ChunkSize};
+use super::layout::TiffLayout;
 use super::table::TableShape;
-use crate::raster::tiff::layout::TiffLayout;
-use crate::raster::tiff::tags::{compression, tag};
+use super::tags::{compression, tag};
+use crate::raster::blocks::{Block, BlockIndex, BlockSource};
+use crate::raster::file::InputFile;
+use crate::raster::sample::ByteOrder;
 use crate::raster::{RasterInfo, SampleType};
 use hedgehop_base::error::{Error, Result};
 

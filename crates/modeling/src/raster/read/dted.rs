@@ -9,9 +9,9 @@
 //! checksum is the sum of the record's other bytes. Some producers wrote two's complement: a magnitude beyond any depth is
 //! taken as that, as GDAL does. Towards the poles columns are further apart than rows; the header says so.
 
-use super::blocks::BlockRaster;
-use super::columns::{GROUP, RasterColumns};
-use super::file::InputFile;
+use crate::raster::blocks::{BlockRaster, TO_TILES};
+use crate::raster::columns::{GROUP, RasterColumns};
+use crate::raster::file::InputFile;
 use crate::raster::{OpenOptions, Raster, RasterInfo, SampleType};
 use hedgehop_base::Size;
 use hedgehop_base::error::{Error, Result};
@@ -28,7 +28,7 @@ const DEEPEST: i32 = -16_000;
 const VOID: i16 = -32767;
 
 /// Opens a cell.
-pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Raster>> {
+pub(in crate::raster) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Raster>> {
     let start = user_header(&file)?;
     let uhl = file.bytes_at(start, UHL)?;
     let dsi = file.bytes_at(start + UHL, DSI)?;
@@ -89,7 +89,7 @@ pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Ras
     let first = start + UHL + DSI + ACC;
     let columns = RasterColumns { file, info, first, record_bytes, decode: decode_column }.checked()?;
 
-    Ok(Box::new(BlockRaster::new(columns, options.cache_bytes, "gdal_translate -co TILED=YES IN out.tif")?))
+    Ok(Box::new(BlockRaster::new(columns, options.cache_bytes, TO_TILES)?))
 }
 
 fn level(dsi: &[u8]) -> &'static str {

@@ -10,8 +10,8 @@
 
 use std::collections::BTreeMap;
 
-use super::super::file::InputFile;
-use super::super::sample::ByteOrder;
+use crate::raster::file::InputFile;
+use crate::raster::sample::ByteOrder;
 use hedgehop_base::error::{Error, Result};
 
 /// More entries than any sound directory has.

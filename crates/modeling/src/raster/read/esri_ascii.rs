@@ -5,25 +5,25 @@
 //! the groups that a window needs are parsed. Integers become int32, anything else float32, as in GDAL (which only looks
 //! at the first 100 KiB to decide; here the whole file counts).
 
-use std::io::{BufRead, BufReader, Seek, SeekFrom};
+mod tokens;
+
 use std::path::Path;
 
-use super::blocks::{Block, BlockIndex, BlockRaster, BlockSource};
-use super::file::InputFile;
-use super::{georeference, nodata, side};
-use crate::raster::{GeoTransform, OpenOptions, Raster, RasterInfo, SampleType};
+use crate::raster::blocks::{Block, BlockIndex, BlockRaster, BlockSource, TO_TILES};
+use crate::raster::file::InputFile;
+use crate::raster::{
+    GeoTransform, OpenOptions, Raster, RasterInfo, SampleType, georeference, nodata, side_files,
+};
 use hedgehop_base::Size;
 use hedgehop_base::document::unmarked;
 use hedgehop_base::error::{Error, Result};
+use tokens::{Token, Tokens};
 
 /// Samples per block, about.
 const BLOCK_SAMPLES: u32 = 1 << 16;
-/// No number is longer.
-const LONGEST_TOKEN: usize = 64;
-const BUFFER: usize = 1 << 18;
 
 /// Whether a file begins like one, or would if it were in UTF-8.
-pub(super) fn recognises(head: &[u8]) -> bool {
+pub(in crate::raster) fn recognises(head: &[u8]) -> bool {
     // Of wide characters that are ASCII, and of a mark of UTF-8.
     let narrow: Vec<u8> = head.iter().copied().filter(|byte| byte.is_ascii() && *byte != 0).collect();
     let head = if unmarked(Path::new(""), head).is_ok_and(|rest| rest == head) { head } else { &narrow };
@@ -31,6 +31,7 @@ pub(super) fn recognises(head: &[u8]) -> bool {
     first.eq_ignore_ascii_case(b"ncols") || first.eq_ignore_ascii_case(b"nrows")
 }
 
+/// A grid whose groups of rows are parsed when they are needed.
 struct AsciiGrid {
     file: InputFile,
     info: RasterInfo,
@@ -39,7 +40,7 @@ struct AsciiGrid {
 }
 
 /// Opens a grid.
-pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Raster>> {
+pub(in crate::raster) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Raster>> {
     let mut tokens = Tokens::new(&file, text_begin(&file)?)?;
     let mut header = AsciiHeader::default();
     let first_value = header.parse(&mut tokens)?;
@@ -68,9 +69,9 @@ pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Ras
         ..RasterInfo::blank(file.path(), "Esri ASCII grid")
     };
 
-    side::complete(&mut info)?;
+    side_files::complete(&mut info)?;
     let grid = AsciiGrid { file, info, groups };
-    Ok(Box::new(BlockRaster::new(grid, options.cache_bytes, "gdal_translate -co TILED=YES IN out.tif")?))
+    Ok(Box::new(BlockRaster::new(grid, options.cache_bytes, TO_TILES)?))
 }
 
 /// Finds where the text begins: behind a mark of its encoding.
@@ -219,89 +220,12 @@ impl BlockSource for AsciiGrid {
     }
 }
 
-/// A word and where it begins.
-#[derive(Debug, Default)]
-struct Token {
-    text: String,
-    at: u64,
-}
-
-/// Words between white space.
-struct Tokens<'a> {
-    path: &'a Path,
-    length: u64,
-    reader: BufReader<std::fs::File>,
-    position: u64,
-}
-
-impl<'a> Tokens<'a> {
-    fn new(file: &'a InputFile, begin: u64) -> Result<Self> {
-        let mut reader = BufReader::with_capacity(BUFFER, file.reopen()?);
-        reader.seek(SeekFrom::Start(begin)).map_err(|e| Error::io(file.path(), "seek in", e))?;
-        Ok(Self { path: file.path(), length: file.length(), reader, position: begin })
-    }
-
-    /// Replaces `token` by the next word; false at the end of the file.
-    fn next(&mut self, token: &mut Token) -> Result<bool> {
-        token.text.clear();
-        loop {
-            let buffer = self.reader.fill_buf().map_err(|e| Error::io(self.path, "read", e))?;
-            if buffer.is_empty() {
-                return Ok(!token.text.is_empty());
-            }
-
-            let mut used = 0;
-            if token.text.is_empty() {
-                used = buffer.iter().take_while(|byte| byte.is_ascii_whitespace()).count();
-                token.at = self.position + used as u64;
-            }
-
-            let word = buffer[used..].iter().take_while(|byte| !byte.is_ascii_whitespace()).count();
-            let complete = used + word < buffer.len() && word + token.text.len() > 0;
-            let text = std::str::from_utf8(&buffer[used..used + word.min(LONGEST_TOKEN + 1)]);
-            match text {
-                Ok(text) if text.len() + token.text.len() <= LONGEST_TOKEN => token.text.push_str(text),
-                _ => {
-                    let what =
-                        format!("holds something that is no number at byte {}; it is damaged", token.at);
-                    return Err(Error::invalid(self.path, what));
-                }
-            }
-
-            self.reader.consume(used + word);
-            self.position += (used + word) as u64;
-            if complete {
-                return Ok(true);
-            }
-        }
-    }
-
-    fn expect(&mut self) -> Result<Token> {
-        let mut token = Token::default();
-        if self.next(&mut token)? {
-            Ok(token)
-        } else {
-            Err(Error::invalid(self.path, "ends too early; it is cut short, fetch it again"))
-        }
-    }
-
-    /// A number, with a point or a comma.
-    fn number(&self, token: &Token) -> Result<f64> {
-        token.text.parse().or_else(|_| token.text.replace(',', ".").parse::<f64>()).map_err(|_| {
-            let what =
-                format!("holds {:?} at byte {}, which is no number; it is damaged", token.text, token.at);
-            Error::invalid(self.path, what)
-        })
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use super::super::open;
-    use crate::raster::{OpenOptions, Window};
+    use crate::raster::{OpenOptions, RasterInfo, SampleType, Window, open};
     use hedgehop_base::error::Result;
 
-    fn read(text: &str, cache_bytes: u64) -> Result<(crate::raster::info::RasterInfo, Vec<f64>)> {
+    fn read(text: &str, cache_bytes: u64) -> Result<(RasterInfo, Vec<f64>)> {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.asc");
         std::fs::write(&path, text).unwrap();
@@ -321,7 +245,7 @@ mod tests {
         .unwrap();
         assert_eq!(samples, [1.0, 2.0, 3.0, 4.0, 5.0, -1.0]);
         assert_eq!(info.geo, Some([10.0, 1.0, 0.0, 22.0, 0.0, -1.0]));
-        assert_eq!((info.sample, info.nodata), (crate::raster::info::SampleType::I32, Some(-1.0)));
+        assert_eq!((info.sample, info.nodata), (SampleType::I32, Some(-1.0)));
     }
 
     #[test]
@@ -331,7 +255,7 @@ mod tests {
         let value = |i: usize| format!("{:.3} ", i as f64 / 7.0);
         text.extend((0..2 * columns).map(value));
         let (info, samples) = read(&text, 1 << 20).unwrap();
-        assert_eq!(info.sample, crate::raster::info::SampleType::F32);
+        assert_eq!(info.sample, SampleType::F32);
         for (i, sample) in samples.iter().enumerate() {
             assert_eq!(*sample, f64::from(value(i).trim().parse::<f32>().unwrap()));
         }

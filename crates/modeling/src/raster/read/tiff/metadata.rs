@@ -1,10 +1,9 @@
 //! Metadata of a GeoTIFF besides the layout of its samples: place, CRS, nodata, scale, units.
 
-use super::super::band::{Statement, Subject};
-use super::super::{georeference, nodata};
 use super::ifd::Directory;
-use crate::raster::tiff::tags::tag;
-use crate::raster::{GeoTransform, RasterInfo};
+use super::tags::tag;
+use crate::raster::band::{Statement, Subject};
+use crate::raster::{GeoTransform, RasterInfo, georeference, nodata};
 use hedgehop_base::error::{Error, Result};
 use hedgehop_geo::parse_geokeys;
 

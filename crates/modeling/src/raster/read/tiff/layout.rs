@@ -1,15 +1,15 @@
 //! Layout of a TIFF's pixels.
 
-use super::super::file::InputFile;
-use super::super::raw::{RowStarts, SamplePlacement};
-use super::super::{OpenOptions, SampleType};
 use super::ifd::Directory;
 use super::tags::{compression, tag};
-use crate::raster::{Band, Role};
+use crate::raster::blocks::TO_DEFLATED_TILES;
+use crate::raster::file::InputFile;
+use crate::raster::raw::{RowStarts, SamplePlacement};
+use crate::raster::sample::ByteOrder;
+use crate::raster::{Band, OpenOptions, Role, SampleType};
 use hedgehop_base::Size;
 use hedgehop_base::error::{Error, Result};
 
-pub(super) const AS_TILES: &str = "gdal_translate -co TILED=YES -co COMPRESS=DEFLATE IN out.tif";
 const AS_DEFLATE: &str = "convert it: gdal_translate -co COMPRESS=DEFLATE IN out.tif";
 
 /// Meaning of a directory.
@@ -160,7 +160,7 @@ impl TiffLayout {
             return Err(Error::unsupported(
                 file.path(),
                 what,
-                format!("raise --memory, or convert it: {AS_TILES}"),
+                format!("raise --memory, or convert it: {TO_DEFLATED_TILES}"),
             ));
         };
 
@@ -187,7 +187,7 @@ impl TiffLayout {
     }
 
     /// Returns where rows lie, if they lie in the file as they are.
-    pub(super) fn placement(&self, order: crate::raster::sample::ByteOrder) -> Option<SamplePlacement> {
+    pub(super) fn placement(&self, order: ByteOrder) -> Option<SamplePlacement> {
         let absent = self.offsets.contains(&0) || self.byte_counts.contains(&0);
         let separate = self.planar && self.offsets.len() > 1;
         if self.packed || self.tiled || self.compression != compression::NONE || absent || separate {

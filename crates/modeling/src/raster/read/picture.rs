@@ -4,15 +4,12 @@
 //! PNG samples come as stored: 16-bit heights stay 16-bit, and the transparent grey of a `tRNS` chunk is the
 //! nodata value, as in GDAL; a transparent colour becomes alpha. JPEG is converted to RGB by its decoder.
 
-use super::blocks::{Block, BlockIndex, BlockRaster, BlockSource};
-use super::file::InputFile;
-use super::side;
-use crate::raster::{Band, OpenOptions, Raster, RasterInfo, Role, SampleType};
+use crate::raster::blocks::{Block, BlockIndex, BlockRaster, BlockSource, TO_DEFLATED_TILES};
+use crate::raster::file::InputFile;
+use crate::raster::{Band, OpenOptions, Raster, RasterInfo, Role, SampleType, side_files};
 use hedgehop_assets::picture::{self, Fault, Format, Header, Transparency};
 use hedgehop_base::Size;
 use hedgehop_base::error::{Error, Result};
-
-const REMEDY: &str = "gdal_translate -co TILED=YES -co COMPRESS=DEFLATE IN out.tif";
 
 struct Picture {
     file: InputFile,
@@ -20,13 +17,13 @@ struct Picture {
 }
 
 /// Opens a PNG or JPEG picture.
-pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Raster>> {
+pub(in crate::raster) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Raster>> {
     if file.length() > options.cache_bytes {
         let what = format!("holds {} MiB, more than this file's share of --memory", file.length() >> 20);
         return Err(Error::unsupported(
             file.path(),
             what,
-            format!("raise --memory, or convert it: {REMEDY}"),
+            format!("raise --memory, or convert it: {TO_DEFLATED_TILES}"),
         ));
     }
 
@@ -53,8 +50,8 @@ pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Ras
         ..RasterInfo::blank(file.path(), format)
     };
 
-    side::complete(&mut info)?;
-    Ok(Box::new(BlockRaster::new(Picture { file, info }, options.cache_bytes, REMEDY)?))
+    side_files::complete(&mut info)?;
+    Ok(Box::new(BlockRaster::new(Picture { file, info }, options.cache_bytes, TO_DEFLATED_TILES)?))
 }
 
 impl BlockSource for Picture {

@@ -4,6 +4,7 @@ use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
+use super::decimal::decimal;
 use super::georeference::set_crs;
 use super::pam;
 use crate::raster::{GeoTransform, RasterInfo};
@@ -69,8 +70,8 @@ fn world_file(path: &Path) -> Result<Option<GeoTransform>> {
 
 /// Six numbers, one per line: x per column, y per column, x per row, y per row, x and y of the first pixel's centre.
 fn parse_world_file(path: &Path, text: &str) -> Result<GeoTransform> {
-    let number = |token: &str| token.parse().or_else(|_| token.replace(',', ".").parse::<f64>()).ok();
-    let numbers: Option<Vec<f64>> = text.split_whitespace().take(6).map(number).collect();
+    let numbers: Option<Vec<f64>> =
+        text.split_whitespace().take(6).map(|token| decimal(token).ok()).collect();
     let [x_column, y_column, x_row, y_row, x, y] = numbers
         .and_then(|numbers| <[f64; 6]>::try_from(numbers).ok())
         .filter(|numbers| numbers.iter().all(|n| n.is_finite()))

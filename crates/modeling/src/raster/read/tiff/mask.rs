@@ -1,12 +1,12 @@
 //! TIFFs that are masks: a later directory of the same size, marked as a transparency mask (TIFF 6.0, tag 254, bit 2), or the
 //! first one of a file beside a raster; of 1 or 8 bits.
 
-use super::super::blocks::BlockRaster;
-use super::super::file::InputFile;
 use super::chunk::ChunkedTiff;
 use super::ifd::Directory;
-use crate::raster::tiff::layout::{AS_TILES, DirectoryMeaning, TiffLayout};
-use crate::raster::tiff::tags::tag;
+use super::layout::{DirectoryMeaning, TiffLayout};
+use super::tags::tag;
+use crate::raster::blocks::{BlockRaster, TO_DEFLATED_TILES};
+use crate::raster::file::InputFile;
 use crate::raster::{OpenOptions, Raster, RasterInfo};
 use hedgehop_base::error::{Error, Result};
 
@@ -39,7 +39,7 @@ pub(super) fn find(
 }
 
 /// Opens a file that is a mask.
-pub(in super::super) fn open_file(file: &InputFile, options: &OpenOptions) -> Result<Box<dyn Raster>> {
+pub(in crate::raster) fn open_file(file: &InputFile, options: &OpenOptions) -> Result<Box<dyn Raster>> {
     if !matches!(file.head(4)?[..], [b'I', b'I', 42 | 43, 0] | [b'M', b'M', 0, 42 | 43]) {
         return Err(Error::invalid(file.path(), "is no TIFF"));
     }
@@ -58,5 +58,5 @@ fn open(file: &InputFile, directory: &Directory<'_>, options: &OpenOptions) -> R
     };
     let file = InputFile::open(file.path())?;
     let mask = ChunkedTiff { file, info, layout, order: directory.order };
-    Ok(Box::new(BlockRaster::new(mask, options.cache_bytes / CACHE_SHARE, AS_TILES)?))
+    Ok(Box::new(BlockRaster::new(mask, options.cache_bytes / CACHE_SHARE, TO_DEFLATED_TILES)?))
 }

@@ -5,7 +5,7 @@ use hedgehop_base::error::Result;
 
 /// A raster with its mask as a last band. An alpha band that it has already gives way to the mask, unless its colours are
 /// multiplied by it: then the mask takes pixels away from it.
-pub(super) struct Masked {
+pub(super) struct MaskedRaster {
     raster: Box<dyn Raster>,
     mask: Box<dyn Raster>,
     info: RasterInfo,
@@ -13,7 +13,7 @@ pub(super) struct Masked {
     place: u32,
 }
 
-impl Masked {
+impl MaskedRaster {
     pub fn new(raster: Box<dyn Raster>, mask: Box<dyn Raster>) -> Self {
         let own = raster.info();
         if let Some(place) = own.alpha_band.filter(|_| own.is_premultiplied) {
@@ -29,7 +29,7 @@ impl Masked {
     }
 }
 
-impl Raster for Masked {
+impl Raster for MaskedRaster {
     fn info(&self) -> &RasterInfo {
         &self.info
     }

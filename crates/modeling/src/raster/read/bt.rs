@@ -7,12 +7,11 @@
 //! 44 bottom f64  52 top f64  60 projection in .prj i16  62 metres per vertical unit f32
 //! ```
 
-use super::blocks::BlockRaster;
-use super::columns::{GROUP, RasterColumns, plain_little_endian};
-use super::file::InputFile;
-use super::sample::ByteOrder;
-use super::{georeference, side};
-use crate::raster::{OpenOptions, Raster, RasterInfo, SampleType};
+use crate::raster::blocks::{BlockRaster, TO_TILES};
+use crate::raster::columns::{GROUP, RasterColumns, plain_little_endian};
+use crate::raster::file::InputFile;
+use crate::raster::sample::ByteOrder;
+use crate::raster::{OpenOptions, Raster, RasterInfo, SampleType, georeference, side_files};
 use hedgehop_base::Size;
 use hedgehop_base::error::{Error, Result};
 use hedgehop_geo::{Crs, VerticalCrs};
@@ -20,7 +19,7 @@ use hedgehop_geo::{Crs, VerticalCrs};
 const HEADER: u64 = 256;
 
 /// Opens a terrain.
-pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Raster>> {
+pub(in crate::raster) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Raster>> {
     let header = file.bytes_at(0, HEADER)?;
     let unsigned = |at: usize, size: usize| ByteOrder::Little.unsigned(&header[at..at + size]);
     let short = |at: usize| i64::from(unsigned(at, 2) as u16 as i16);
@@ -65,7 +64,7 @@ pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Ras
         ..RasterInfo::blank(file.path(), "VTP .bt")
     };
 
-    side::complete(&mut info)?;
+    side_files::complete(&mut info)?;
     if info.crs.is_none() && info.crs_problem.is_none() {
         match stated_crs(short(22), short(24), short(26)) {
             Ok(crs) => info.crs = crs,
@@ -78,7 +77,7 @@ pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Ras
         RasterColumns { file, info, first: HEADER, record_bytes, decode: plain_little_endian(sample) }
             .checked()?;
 
-    Ok(Box::new(BlockRaster::new(columns, options.cache_bytes, "gdal_translate -co TILED=YES IN out.tif")?))
+    Ok(Box::new(BlockRaster::new(columns, options.cache_bytes, TO_TILES)?))
 }
 
 /// The system that the header's own fields state, if they state one; the error is why it is not read.

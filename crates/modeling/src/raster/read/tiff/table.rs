@@ -1,9 +1,9 @@
 //! Table of chunks, held against what they must hold: samples that are not compressed have no other check.
 
-use crate::raster::InputFile;
+use super::layout::TiffLayout;
+use super::tags::compression;
 use crate::raster::blocks::block_bytes;
-use crate::raster::tiff::layout::TiffLayout;
-use crate::raster::tiff::tags::compression;
+use crate::raster::file::InputFile;
 use hedgehop_base::Size;
 use hedgehop_base::error::{Error, Result};
 
