@@ -101,6 +101,34 @@ fn no_file_imports_in_a_circle() {
     }
 }
 
+/// Paths in a row of a table: what links lead to, and names in backticks that have a slash or end like a file.
+fn paths_in(row: &str) -> Vec<&str> {
+    let links = row.split("](").skip(1).filter_map(|rest| rest.split(')').next());
+    let is_path = |name: &&str| {
+        !name.contains(' ')
+            && (name.contains('/') || [".rs", ".md", ".py"].iter().any(|end| name.ends_with(end)))
+    };
+    links.chain(row.split('`').skip(1).step_by(2).filter(is_path)).collect()
+}
+
+#[test]
+fn tables_name_files_that_exist() {
+    let text = fs::read_to_string(root().join("ARCHITECTURE.md")).expect("ARCHITECTURE.md");
+    let mut count = 0;
+    for row in text.lines().filter(|line| line.starts_with('|')) {
+        // A bare name is a file beside the path before it, or in that folder.
+        let mut folder = root();
+        for name in paths_in(row) {
+            let path = if name.contains('/') { root().join(name) } else { folder.join(name) };
+            let path = if path.exists() { path } else { root().join(name) };
+            assert!(path.exists(), "ARCHITECTURE.md names {name}, which is not there: {row}");
+            folder = if path.is_dir() { path } else { path.parent().map(Path::to_owned).unwrap_or_default() };
+            count += 1;
+        }
+    }
+    assert!(count > 40, "{count} paths");
+}
+
 /// Source without comments: what is said about code is not code.
 fn code(text: &str) -> String {
     text.lines().map(|line| line.split("//").next().unwrap_or("")).collect::<Vec<_>>().join("\n")
