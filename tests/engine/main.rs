@@ -15,6 +15,7 @@ mod determinism;
 mod finish;
 mod frames;
 mod fuzz_corpus;
+mod golden;
 mod lights;
 mod live;
 mod lost_files;

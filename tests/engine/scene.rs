@@ -6,7 +6,7 @@ use hedgehop::space::{Attitude, Camera, Pose};
 use hedgehop::voxel::{Grid, MemPages, Metadata, build_in_memory};
 
 /// Where the worlds lie: far from the origin, as georeferenced areas do.
-const ORIGIN: DVec2 = DVec2::new(500_000.0, 4_000_000.0);
+pub const ORIGIN: DVec2 = DVec2::new(500_000.0, 4_000_000.0);
 
 /// Posts of a world, and its grid.
 pub struct Terrain {
