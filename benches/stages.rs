@@ -33,7 +33,7 @@ fn camera(area: &MemPages, pitch: f64) -> Camera {
     Camera::new(Pose { eye, attitude: Attitude { yaw: 0.0, pitch, roll: 0.0 }, hfov: 60.0 }, WIDTH, HEIGHT)
 }
 
-fn marcher<'a>(area: &'a MemPages, camera: &Camera, surface: Surface) -> Marcher<'a, MemPages> {
+fn marcher<'a>(area: &'a MemPages, camera: &Camera, surface: Surface) -> Marcher<'a> {
     Marcher::new(area, level_bands(area.header(), camera, &RenderOptions::default()), surface)
 }
 

@@ -21,8 +21,8 @@ struct BlockSlot {
 }
 
 /// Blocks of one database by their column and row in the area.
-pub(super) struct Blocks<'a, S: ?Sized> {
-    source: &'a S,
+pub(super) struct Blocks<'a> {
+    source: &'a dyn PageSource,
     objects: &'a SharedObjects,
     /// Rise of spans, as for [`SpanTable::new`].
     rise: f64,
@@ -39,9 +39,9 @@ pub(super) fn corner_on_page(block: [i64; 2]) -> [u32; 2] {
     block.map(|at| (at * i64::from(BLOCK_SIDE) % i64::from(PAGE_SIDE)) as u32)
 }
 
-impl<'a, S: PageSource + ?Sized> Blocks<'a, S> {
+impl<'a> Blocks<'a> {
     /// None yet of those of `source`.
-    pub fn new(source: &'a S) -> Self {
+    pub fn new(source: &'a dyn PageSource) -> Self {
         let header = source.header();
         Self {
             source,

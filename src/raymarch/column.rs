@@ -2,7 +2,6 @@
 
 use super::{Contact, Marcher};
 use crate::space::Camera;
-use crate::voxel::PageSource;
 use hedgehop_base::error::Result;
 
 /// Contacts of one screen column, `[height]`, row 0 at the top of the screen; `None` = sky, or no ray.
@@ -17,11 +16,7 @@ pub type Column = Vec<Option<Contact>>;
 /// only sky (Hughes patent, "coherence"; claim 14). Curvature changes nothing in that: over ground distance `d`
 /// it adds the same `d² / 2R′` to every ray, so the higher ray stays the higher one, and the surface has one
 /// height. In any other attitude, and on other screens, each ray starts at the eye.
-pub fn march_column<S: PageSource>(
-    marcher: &mut Marcher<'_, S>,
-    camera: &Camera,
-    column: u32,
-) -> Result<Column> {
+pub fn march_column(marcher: &mut Marcher<'_>, camera: &Camera, column: u32) -> Result<Column> {
     let coherent = camera.has_vertical_columns();
     let mut contacts = vec![None; camera.height as usize];
     let mut ground_distance = 0.0;

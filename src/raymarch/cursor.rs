@@ -9,8 +9,8 @@ use crate::voxel::{
 use hedgehop_base::error::Result;
 
 /// Reads the planes of a [`PageSource`]; looks a page up only when a read leaves the last one.
-pub struct PageCursor<'a, S: PageSource> {
-    source: &'a S,
+pub struct PageCursor<'a> {
+    source: &'a dyn PageSource,
     heights: HeightCode,
     slots: Vec<CursorSlot<'a>>,
     endless: bool,
@@ -32,7 +32,7 @@ struct CursorSlot<'a> {
 }
 
 /// The page to read in place of `id`: of bare ground, if that `is_wanted` and there is one.
-fn sheet<S: PageSource>(source: &S, is_wanted: bool, id: PageId) -> PageId {
+fn sheet(source: &dyn PageSource, is_wanted: bool, id: PageId) -> PageId {
     if is_wanted && id.level == 0 { source.ground_of(id.bare()) } else { id }
 }
 
@@ -122,9 +122,9 @@ impl<V> LatestPage<V> {
     }
 }
 
-impl<'a, S: PageSource> PageCursor<'a, S> {
+impl<'a> PageCursor<'a> {
     /// A cursor over all levels of `source`.
-    pub fn new(source: &'a S) -> Self {
+    pub fn new(source: &'a dyn PageSource) -> Self {
         let header = source.header();
         let slots =
             (0..header.level_count).map(|level| CursorSlot::new(&header.grid, level, false)).collect();
@@ -145,7 +145,7 @@ impl<'a, S: PageSource> PageCursor<'a, S> {
     }
 
     /// The database.
-    pub fn source(&self) -> &'a S {
+    pub fn source(&self) -> &'a dyn PageSource {
         self.source
     }
 

@@ -41,14 +41,14 @@ pub struct SurfaceSample {
 }
 
 /// Samples the surface for pixels of one footprint.
-pub struct SurfaceFilter<'a, S: PageSource> {
-    cursor: PageCursor<'a, S>,
+pub struct SurfaceFilter<'a> {
+    cursor: PageCursor<'a>,
     /// The same on bare ground.
-    bare: PageCursor<'a, S>,
+    bare: PageCursor<'a>,
     grid: Grid,
     footprint: Footprint,
     coarsest: u8,
-    source: &'a S,
+    source: &'a dyn PageSource,
     shade: Option<ShadeSampler<'a>>,
 }
 
@@ -80,9 +80,9 @@ struct LitContact {
     sun: f32,
 }
 
-impl<'a, S: PageSource> SurfaceFilter<'a, S> {
+impl<'a> SurfaceFilter<'a> {
     /// A filter over `source` for pixels that are as wide as `footprint` says.
-    pub fn new(source: &'a S, footprint: Footprint) -> Self {
+    pub fn new(source: &'a dyn PageSource, footprint: Footprint) -> Self {
         let header = source.header();
         Self {
             cursor: PageCursor::new(source),

@@ -25,11 +25,11 @@ pub struct Contact {
 }
 
 /// Marches rays through one database for one eye and field of view.
-pub struct Marcher<'a, S: PageSource> {
-    cursor: PageCursor<'a, S>,
+pub struct Marcher<'a> {
+    cursor: PageCursor<'a>,
     /// The same on bare ground, and what stands on it.
-    bare: PageCursor<'a, S>,
-    solids: Option<Solids<'a, S>>,
+    bare: PageCursor<'a>,
+    solids: Option<Solids<'a>>,
     /// Ground distance up to which that is seen, metres.
     bare_until: f64,
     grid: Grid,
@@ -96,10 +96,10 @@ fn bands_of(bands: &LevelBands, coarsest: u8) -> Vec<LevelBand> {
     found
 }
 
-impl<'a, S: PageSource> Marcher<'a, S> {
+impl<'a> Marcher<'a> {
     /// A marcher over `source` that sees levels in `bands`; in place of those that `source` lacks it
     /// sees its coarsest.
-    pub fn new(source: &'a S, bands: LevelBands, surface: Surface) -> Self {
+    pub fn new(source: &'a dyn PageSource, bands: LevelBands, surface: Surface) -> Self {
         let header = source.header();
         let coarsest = header.level_count - 1;
         Self {
@@ -262,7 +262,7 @@ impl<'a, S: PageSource> Marcher<'a, S> {
     }
 
     /// Returns the cursor of the search's ground.
-    fn on(&mut self, search: &RaySearch<'_>) -> &mut PageCursor<'a, S> {
+    fn on(&mut self, search: &RaySearch<'_>) -> &mut PageCursor<'a> {
         if search.bare { &mut self.bare } else { &mut self.cursor }
     }
 

@@ -17,7 +17,7 @@ use glam::{DVec2, DVec3};
 
 use super::blocks::{Blocks, corner_on_page};
 use super::{CellRect, CellStep, CellWalk, GridRay, Lattice, PageCursor};
-use crate::voxel::{BLOCK_SIDE, BlockSpans, Cut, HeightCode, PageSource, Span};
+use crate::voxel::{BLOCK_SIDE, BlockSpans, Cut, HeightCode, Span};
 use hedgehop_base::error::Result;
 
 /// Blocks along the side of those that are passed at once.
@@ -56,9 +56,9 @@ pub struct SolidHit {
 }
 
 /// Follows rays through what stands in one database.
-pub struct Solids<'a, S: PageSource> {
+pub struct Solids<'a> {
     measure: Measure,
-    blocks: Blocks<'a, S>,
+    blocks: Blocks<'a>,
 }
 
 /// Metric values of the places and heights of spans.
@@ -71,9 +71,9 @@ struct Measure {
     spacing: f64,
 }
 
-impl<'a, S: PageSource> Solids<'a, S> {
+impl<'a> Solids<'a> {
     /// Solids of `source`, in the area as `cursor` has it: once, or repeated.
-    pub fn new(cursor: &PageCursor<'a, S>) -> Self {
+    pub fn new(cursor: &PageCursor<'a>) -> Self {
         let source = cursor.source();
         let header = source.header();
         let (code, spacing) = (header.heights, header.grid.spacing);
@@ -153,7 +153,7 @@ impl<'a, S: PageSource> Solids<'a, S> {
 }
 
 #[cfg(test)]
-impl<S: PageSource> Solids<'_, S> {
+impl Solids<'_> {
     /// [`Self::along`], voxel by voxel: what passing many at once is held against.
     pub fn along_each_voxel(
         &mut self,

@@ -91,13 +91,13 @@ pub fn standing_on(
 }
 
 /// A marcher that sees bare ground everywhere.
-fn marcher(pages: &MemPages) -> Marcher<'_, MemPages> {
+fn marcher(pages: &MemPages) -> Marcher<'_> {
     let bands = LevelBands::finest_only().with_bare_ground(&pages.header().grid, 1.0e-9, 0.0, 1.0);
     Marcher::new(pages, bands, Surface::Smooth)
 }
 
 /// A ray from a place in units and metres towards another, with its direction in metres.
-fn ray(marcher: &Marcher<'_, MemPages>, from: DVec3, to: DVec3) -> (GridRay, DVec3) {
+fn ray(marcher: &Marcher<'_>, from: DVec3, to: DVec3) -> (GridRay, DVec3) {
     let grid = marcher.grid();
     let world = |at: DVec3| (grid.origin + at.truncate() * grid.spacing).extend(at.z);
     let direction = (world(to) - world(from)).normalize();

@@ -109,7 +109,7 @@ fn entered_face(ray: &GridRay, step: &CellStep, cell: CellRect) -> DVec3 {
 
 /// Height of the finest smooth surface that is stored at a world position (metres), metres above the datum;
 /// `None` outside the area and where there is no surface.
-pub fn ground_height<S: PageSource>(source: &S, position: DVec2) -> Result<Option<f64>> {
+pub fn ground_height(source: &dyn PageSource, position: DVec2) -> Result<Option<f64>> {
     let grid = source.header().grid;
     if !grid.contains(position) {
         return Ok(None);
@@ -119,13 +119,13 @@ pub fn ground_height<S: PageSource>(source: &S, position: DVec2) -> Result<Optio
 }
 
 /// The same over the area repeated without end: `None` only where there is no surface.
-pub fn endless_ground_height<S: PageSource>(source: &S, position: DVec2) -> Result<Option<f64>> {
+pub fn endless_ground_height(source: &dyn PageSource, position: DVec2) -> Result<Option<f64>> {
     let grid = source.header().grid;
     let units = (position - grid.origin) / grid.spacing;
     PageCursor::new(source).endless().finest_height(units)
 }
 
-impl<S: PageSource> PageCursor<'_, S> {
+impl PageCursor<'_> {
     /// Height of the smooth surface of the finest level whose page is stored there, at a position in units, metres; `None` where there
     /// is no surface.
     pub fn finest_height(&mut self, units: DVec2) -> Result<Option<f64>> {

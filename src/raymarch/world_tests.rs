@@ -51,7 +51,7 @@ fn assert_same(
 }
 
 /// Height of a level's surface at a position in units, NaN where there is none.
-fn height(cursor: &mut PageCursor<'_, MemPages>, surface: Surface, level: u8, units: DVec2) -> f64 {
+fn height(cursor: &mut PageCursor<'_>, surface: Surface, level: u8, units: DVec2) -> f64 {
     let height = match surface {
         Surface::Smooth => cursor.smooth_height(level, units).unwrap(),
         Surface::Blocks => {

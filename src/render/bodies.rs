@@ -16,7 +16,6 @@ use crate::sensor::VisualSensor;
 use crate::simd::Isa;
 use crate::space::Ray;
 use crate::subimage::{Farm, Stage};
-use crate::voxel::PageSource;
 use crate::weather::{Atmosphere, Veil};
 use hedgehop_base::error::Result;
 
@@ -26,22 +25,22 @@ const ALONG: f64 = 0.005;
 const ASIDE: f32 = 0.004;
 
 /// Bodies on the screen, merged into the ground by range.
-pub struct BodyPass<'r, 'v, 'a, S> {
-    shading: BodyShading<'r, 'r, 'a, S>,
-    shadows: Option<&'r Shadows<'r, 'a, S>>,
+pub struct BodyPass<'r, 'v, 'a> {
+    shading: BodyShading<'r, 'r, 'a>,
+    shadows: Option<&'r Shadows<'r, 'a>>,
     /// Squares of the screen that bodies are in, by [`SQUARE`] rows of it.
     rows: Vec<Vec<Square<'v>>>,
 }
 
 /// Shading of bodies: light, haze and shadows.
-struct BodyShading<'s, 'r, 'a, S> {
+struct BodyShading<'s, 'r, 'a> {
     isa: Isa,
     sensor: VisualSensor,
     atmosphere: Atmosphere,
     /// Factor on light, by channel.
     tint: Vec3,
     /// `None`: all of the sun reaches them.
-    shadows: Option<&'s Shadows<'r, 'a, S>>,
+    shadows: Option<&'s Shadows<'r, 'a>>,
 }
 
 /// The air before a hit of a body.
@@ -64,11 +63,11 @@ impl Before {
     }
 }
 
-impl<'r, 'v, 'a, S: PageSource> BodyPass<'r, 'v, 'a, S> {
+impl<'r, 'v, 'a> BodyPass<'r, 'v, 'a> {
     /// Finds what `view` holds on its screen, which has so many rows.
     pub fn find(
-        renderer: &'r Renderer<'a, S>,
-        shadows: Option<&'r Shadows<'r, 'a, S>>,
+        renderer: &'r Renderer<'a>,
+        shadows: Option<&'r Shadows<'r, 'a>>,
         view: &'v BodyView<'_>,
         height: u32,
         farm: &Farm,
@@ -91,7 +90,7 @@ impl<'r, 'v, 'a, S: PageSource> BodyPass<'r, 'v, 'a, S> {
     }
 }
 
-impl<S: PageSource> Pass for BodyPass<'_, '_, '_, S> {
+impl Pass for BodyPass<'_, '_, '_> {
     fn draw(&self, canvas: &mut Canvas, farm: &Farm) -> Result<()> {
         if !self.is_empty() {
             if let Some((frame, mut matte)) = canvas.take_matte() {
@@ -137,8 +136,8 @@ fn over(seen: &BodyLight, ground: impl FnOnce() -> Vec3) -> Vec3 {
 }
 
 /// Tells `put` row and column of every pixel with a body in it, and what is seen of that.
-fn each_pixel<'s, S: PageSource>(
-    look: &BodyShading<'s, '_, '_, S>,
+fn each_pixel<'s>(
+    look: &BodyShading<'s, '_, '_>,
     shown: &ShownGround<'_>,
     squares: &[Square<'_>],
     mut put: impl FnMut(usize, usize, &BodyLight),
@@ -155,8 +154,8 @@ fn each_pixel<'s, S: PageSource>(
     }
 }
 
-impl<'s, 'r, 'a, S: PageSource> BodyShading<'s, 'r, 'a, S> {
-    fn of(renderer: &Renderer<'_, S>, shadows: Option<&'s Shadows<'r, 'a, S>>) -> Self {
+impl<'s, 'r, 'a> BodyShading<'s, 'r, 'a> {
+    fn of(renderer: &Renderer<'_>, shadows: Option<&'s Shadows<'r, 'a>>) -> Self {
         let options = &renderer.options;
         Self {
             isa: renderer.isa,

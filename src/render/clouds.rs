@@ -5,17 +5,16 @@ use super::overlays::Pass;
 use super::renderer::Renderer;
 use crate::space::Camera;
 use crate::subimage::{Farm, Stage};
-use crate::voxel::PageSource;
 use crate::weather::clouds::{AirOverGround, CloudField, CloudLattice, CloudStage};
 use hedgehop_base::error::Result;
 
 /// Clouds of the weather, before what is behind them; ranges stay those of that.
-pub(super) struct CloudPass<'r, 'a, S> {
-    pub renderer: &'r Renderer<'a, S>,
+pub(super) struct CloudPass<'r, 'a> {
+    pub renderer: &'r Renderer<'a>,
     pub camera: &'r Camera,
 }
 
-impl<S: PageSource> Pass for CloudPass<'_, '_, S> {
+impl Pass for CloudPass<'_, '_> {
     fn draw(&self, canvas: &mut Canvas, farm: &Farm) -> Result<()> {
         let Self { renderer, camera } = self;
         let Some(clouds) = &renderer.options.weather.clouds else { return Ok(()) };

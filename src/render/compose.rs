@@ -22,7 +22,6 @@ use crate::frame::{Frame, Picture};
 use crate::objects::BodyView;
 use crate::space::Camera;
 use crate::subimage::Farm;
-use crate::voxel::PageSource;
 use hedgehop_base::colour::srgb8_picture;
 use hedgehop_base::error::Result;
 
@@ -55,7 +54,7 @@ struct AskedRanges {
     after_bodies: bool,
 }
 
-impl<S: PageSource> Renderer<'_, S> {
+impl Renderer<'_> {
     /// Composes what `camera` sees: the ground, then one overlay after the other. The image has the same bits for any number of workers.
     pub(super) fn compose(
         &self,

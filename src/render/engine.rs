@@ -6,10 +6,9 @@ use super::renderer::Renderer;
 use super::unserved::Unserved;
 use crate::space::Camera;
 use crate::subimage::Farm;
-use crate::voxel::PageSource;
 use hedgehop_base::error::Result;
 
-impl<S: PageSource> Renderer<'_, S> {
+impl Renderer<'_> {
     /// The engine that renders what `camera` sees: that of the options, or the reference where it does not serve.
     ///
     /// # Errors

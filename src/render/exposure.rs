@@ -17,7 +17,6 @@ use crate::objects::Body;
 use crate::scene::{Finish, Scenery};
 use crate::space::{Camera, Screen};
 use crate::subimage::Farm;
-use crate::voxel::PageSource;
 use hedgehop_base::error::{Error, Result};
 
 /// Moments of a frame at most: what moves farther than so many pixels while the shutter is open shows steps.
@@ -56,7 +55,7 @@ pub struct Exposure<'m> {
     pub moment: &'m dyn Fn(f64) -> Moment,
 }
 
-impl<S: PageSource> Renderer<'_, S> {
+impl Renderer<'_> {
     /// Renders the light seen while the shutter is open: colour is the mean of all rays and moments; ranges, normals, levels and ids are
     /// those of one ray of each pixel at the frame's own time. Nothing is exposed or toned. The same bits for any number of workers.
     ///

@@ -15,7 +15,6 @@ use crate::simd::{Floats, Isa, Kernel, LANES, Simd, Sixteen};
 use crate::space::{Camera, Ray, Screen};
 use crate::subimage::{Farm, Stage};
 use crate::sunlight::{Firmament, Star, starlight_through, stars};
-use crate::voxel::PageSource;
 use crate::weather::Atmosphere;
 use hedgehop_base::error::Result;
 
@@ -40,8 +39,8 @@ const EYE_ANGLE: f64 = 4.0e-4;
 const BEYOND: f32 = 1.0e6;
 
 /// Observer of the lights: the renderer and its camera.
-struct Eye<'c, 'r, 'a, S> {
-    renderer: &'r Renderer<'a, S>,
+struct Eye<'c, 'r, 'a> {
+    renderer: &'r Renderer<'a>,
     camera: &'c Camera,
     bodies: Surroundings,
     atmosphere: Atmosphere,
@@ -82,8 +81,8 @@ struct Glints<'c> {
 
 impl<'c> LightPass<'c> {
     /// Finds the lights of `lights` and the stars that `camera` may see.
-    pub fn find<S: PageSource>(
-        renderer: &Renderer<'_, S>,
+    pub fn find(
+        renderer: &Renderer<'_>,
         camera: &'c Camera,
         lights: &[PointLight],
         bodies: &[Body],
@@ -303,7 +302,7 @@ fn add<V: Simd>(simd: V, pixels: &mut Pixels<'_>, at: Range<usize>, light: &[Six
     pixels.store(simd, at, sum);
 }
 
-impl<S: PageSource> Eye<'_, '_, '_, S> {
+impl Eye<'_, '_, '_> {
     fn lamp(&self, light: &PointLight, at: DVec3) -> Result<Option<SoughtLight>> {
         let Some((point, towards)) = self.lit(light, at) else { return Ok(None) };
         self.open(point, towards)

@@ -12,7 +12,6 @@ use crate::frame::{Frame, Matte, MatteCoverage};
 use crate::objects::{SQUARE, Square};
 use crate::simd::Isa;
 use crate::subimage::{Farm, Stage};
-use crate::voxel::PageSource;
 use hedgehop_base::error::Result;
 
 /// Least share of the ground behind bodies: less is rounding of theirs.
@@ -23,11 +22,7 @@ const RAYS: u32 = 16;
 const STEP: u32 = 7;
 
 /// The matte of a frame without bodies: how much of the pixels along the skyline is ground.
-pub(super) fn of_ground<S: PageSource>(
-    renderer: &Renderer<'_, S>,
-    frame: &Frame,
-    farm: &Farm,
-) -> Result<Matte> {
+pub(super) fn of_ground(renderer: &Renderer<'_>, frame: &Frame, farm: &Farm) -> Result<Matte> {
     let (width, height) = (frame.camera.width as usize, frame.camera.height as usize);
     let is_sky = |column: usize, row: usize| frame.range[row * width + column].is_infinite();
     let is_edge = |column: usize, row: usize| {

@@ -62,8 +62,8 @@ use hedgehop_base::error::Result;
 ///
 /// # Errors
 /// As of [`Renderer::frame`].
-pub fn render_frame<S: PageSource>(
-    source: &S,
+pub fn render_frame(
+    source: &dyn PageSource,
     camera: &Camera,
     options: &RenderOptions,
     farm: &Farm,
@@ -75,8 +75,8 @@ pub fn render_frame<S: PageSource>(
 ///
 /// # Errors
 /// As of [`Renderer::frame`].
-pub fn render_reference<S: PageSource>(
-    source: &S,
+pub fn render_reference(
+    source: &dyn PageSource,
     camera: &Camera,
     options: &RenderOptions,
     farm: &Farm,

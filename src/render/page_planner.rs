@@ -26,16 +26,16 @@ pub struct NumberedCamera {
 
 /// Foresees the frames that a renderer is to render.
 #[derive(Debug)]
-pub struct FlightPlan<'a, S> {
-    renderer: &'a Renderer<'a, S>,
+pub struct FlightPlan<'a> {
+    renderer: &'a Renderer<'a>,
     farm: &'a Farm,
     cameras: &'a [NumberedCamera],
     is_of_pictures: bool,
 }
 
-impl<'a, S: PageSource> FlightPlan<'a, S> {
+impl<'a> FlightPlan<'a> {
     /// Frames that `renderer` is to render are seen by `cameras`, in order; workers of `farm` may compute tables of directions.
-    pub fn new(renderer: &'a Renderer<'a, S>, farm: &'a Farm, cameras: &'a [NumberedCamera]) -> Self {
+    pub fn new(renderer: &'a Renderer<'a>, farm: &'a Farm, cameras: &'a [NumberedCamera]) -> Self {
         Self { renderer, farm, cameras, is_of_pictures: false }
     }
 
@@ -46,7 +46,7 @@ impl<'a, S: PageSource> FlightPlan<'a, S> {
     }
 }
 
-impl<S: PageSource> PagePlanner for FlightPlan<'_, S> {
+impl PagePlanner for FlightPlan<'_> {
     fn needs(&self, frame: u32) -> Result<PageNeeds> {
         match self.cameras.get(frame as usize) {
             Some(frame) => self.renderer.foresee(&frame.camera, self.farm),
@@ -64,7 +64,7 @@ impl<S: PageSource> PagePlanner for FlightPlan<'_, S> {
     }
 }
 
-impl<S: PageSource> Renderer<'_, S> {
+impl Renderer<'_> {
     /// Parts of pages that a picture of what `camera` sees may touch, in the order of need; none where the reference marcher renders. Bounds
     /// of coarse pages are read to know it.
     ///
@@ -115,8 +115,8 @@ fn lies_behind(grid: &Grid, pose: &Pose, page: PageId) -> bool {
 
 /// Foresees frames of a flight whose path is not known: it goes on as it went so far.
 #[derive(Debug)]
-pub struct LivePlan<'a, S> {
-    renderer: &'a Renderer<'a, S>,
+pub struct LivePlan<'a> {
+    renderer: &'a Renderer<'a>,
     farm: &'a Farm,
     seen: Mutex<LiveEye>,
 }
@@ -139,9 +139,9 @@ impl LiveEye {
     }
 }
 
-impl<'a, S: PageSource> LivePlan<'a, S> {
+impl<'a> LivePlan<'a> {
     /// No frame is known yet of what `renderer` is to render; workers of `farm` may compute tables of directions.
-    pub fn new(renderer: &'a Renderer<'a, S>, farm: &'a Farm) -> Self {
+    pub fn new(renderer: &'a Renderer<'a>, farm: &'a Farm) -> Self {
         Self { renderer, farm, seen: Mutex::default() }
     }
 
@@ -173,7 +173,7 @@ impl<'a, S: PageSource> LivePlan<'a, S> {
     }
 }
 
-impl<S: PageSource> PagePlanner for LivePlan<'_, S> {
+impl PagePlanner for LivePlan<'_> {
     fn needs(&self, frame: u32) -> Result<PageNeeds> {
         match self.predict(frame) {
             Some(camera) => self.renderer.foresee(&camera, self.farm),

@@ -55,8 +55,8 @@ impl StageClock {
 
 /// Renders an 8-bit picture, and the range of its pixels into `range`, which is as long as it or empty: of those in `parts` of rows (see [`Band::parts`]), or of all
 /// if these are empty.
-pub fn picture<S: PageSource>(
-    renderer: &Renderer<'_, S>,
+pub fn picture(
+    renderer: &Renderer<'_>,
     view: &PlaneView<'_>,
     farm: &Farm,
     range: &mut [f32],
@@ -82,8 +82,8 @@ pub fn picture<S: PageSource>(
 
 /// Renders a frame with all its planes; unless it `describes` surfaces, normals, levels and ids are those of the sky. Ranges at outlines are those of the nearest
 /// plane and row; if it does, those along the pixels' own rays come beside.
-pub fn frame<S: PageSource>(
-    renderer: &Renderer<'_, S>,
+pub fn frame(
+    renderer: &Renderer<'_>,
     view: &PlaneView<'_>,
     describes: bool,
     farm: &Farm,
@@ -118,8 +118,8 @@ fn band_rows(farm: &Farm) -> usize {
 }
 
 /// Has planes look, then fills `bands` of [`band_rows`] rows; light is kept to `scale` meanwhile.
-fn render<S: PageSource>(
-    renderer: &Renderer<'_, S>,
+fn render(
+    renderer: &Renderer<'_>,
     view: &PlaneView<'_>,
     farm: &Farm,
     bands: Vec<Band<'_>>,
@@ -219,7 +219,7 @@ impl<'f> SeenGroups<'f> {
 
 /// Height of the eye above the ground about it, metres: of a coarse level, since it is not to change with every stone, or of what stands in
 /// for it; above the lowest ground beside the area.
-fn height_above_ground<S: PageSource>(source: &S, eye: DVec3) -> Result<f64> {
+fn height_above_ground(source: &dyn PageSource, eye: DVec3) -> Result<f64> {
     let header = source.header();
     let level = COARSE_LEVEL.min(header.level_count - 1);
     let is_over = eye.x >= 0.0
@@ -231,7 +231,7 @@ fn height_above_ground<S: PageSource>(source: &S, eye: DVec3) -> Result<f64> {
 }
 
 /// Returns the distance between rows, and the height of the eye above the ground, metres.
-fn strides<S: PageSource>(renderer: &Renderer<'_, S>, view: &PlaneView<'_>) -> Result<(Strides, f64)> {
+fn strides(renderer: &Renderer<'_>, view: &PlaneView<'_>) -> Result<(Strides, f64)> {
     let header = renderer.source.header();
     let height = height_above_ground(renderer.source, view.eye)?;
     let (pixel_angle, clearance) = (view.camera.pixel_angle(), view.eye.z - header.height_range.high);
@@ -241,7 +241,7 @@ fn strides<S: PageSource>(renderer: &Renderer<'_, S>, view: &PlaneView<'_>) -> R
 }
 
 /// Parts of pages that planes may touch, in the order of need.
-pub fn footprint<S: PageSource>(renderer: &Renderer<'_, S>, view: &PlaneView<'_>) -> Result<PageNeeds> {
+pub fn footprint(renderer: &Renderer<'_>, view: &PlaneView<'_>) -> Result<PageNeeds> {
     let header = renderer.source.header();
     let (strides, _) = strides(renderer, view)?;
     let row_table = RowTable::new(view.shape.edges(), view.shape.centres());
@@ -261,7 +261,7 @@ pub fn footprint<S: PageSource>(renderer: &Renderer<'_, S>, view: &PlaneView<'_>
 }
 
 /// Returns the field that a group of planes is to see.
-pub(crate) fn field<S>(renderer: &Renderer<'_, S>, row_table: &RowTable, kept: &KeptPlanes) -> MarchField {
+pub(crate) fn field(renderer: &Renderer<'_>, row_table: &RowTable, kept: &KeptPlanes) -> MarchField {
     let rows = kept.first..kept.first + kept.filled.len();
     let tangents = [row_table.edges[rows.start], row_table.edges[rows.end]];
     MarchField { tangents, row: row_table.least_row, detail: renderer.options.detail as f32 }
@@ -302,8 +302,8 @@ struct Unpainted<'f> {
 /// Has groups of planes look.
 ///
 /// Where a surface is in sight tells what paint it takes: groups for which it is not at hand stand back until it has been brought for all of them.
-fn see<S: PageSource>(
-    renderer: &Renderer<'_, S>,
+fn see(
+    renderer: &Renderer<'_>,
     view: &PlaneView<'_>,
     farm: &Farm,
     [marching, shading]: [&StageClock; 2],

@@ -8,7 +8,6 @@ use super::renderer::Renderer;
 use crate::objects::{Lens, SQUARE};
 use crate::space::{Camera, Screen};
 use crate::subimage::{Farm, Stage};
-use crate::voxel::PageSource;
 use crate::weather::{Puff, SeenPuff};
 use hedgehop_base::error::Result;
 
@@ -16,13 +15,13 @@ use hedgehop_base::error::Result;
 const OPAQUE: f32 = 1.0e-3;
 
 /// Puffs of plumes, before what is seen.
-pub(super) struct PlumePass<'r, 'a, S> {
-    pub renderer: &'r Renderer<'a, S>,
+pub(super) struct PlumePass<'r, 'a> {
+    pub renderer: &'r Renderer<'a>,
     pub camera: &'r Camera,
     pub puffs: &'r [Puff],
 }
 
-impl<S: PageSource> Pass for PlumePass<'_, '_, S> {
+impl Pass for PlumePass<'_, '_> {
     fn draw(&self, canvas: &mut Canvas, farm: &Farm) -> Result<()> {
         let Self { renderer, camera, puffs } = self;
         // Parallel rays have no eye from which anything could be nearer.

@@ -6,17 +6,16 @@ use super::renderer::Renderer;
 use crate::objects::SQUARE;
 use crate::space::Camera;
 use crate::subimage::{Farm, Stage};
-use crate::voxel::PageSource;
 use crate::weather::PrecipitationStage;
 use hedgehop_base::error::Result;
 
 /// Precipitation of the weather, before what is seen.
-pub(super) struct PrecipitationPass<'r, 'a, S> {
-    pub renderer: &'r Renderer<'a, S>,
+pub(super) struct PrecipitationPass<'r, 'a> {
+    pub renderer: &'r Renderer<'a>,
     pub camera: &'r Camera,
 }
 
-impl<S: PageSource> Pass for PrecipitationPass<'_, '_, S> {
+impl Pass for PrecipitationPass<'_, '_> {
     fn draw(&self, canvas: &mut Canvas, farm: &Farm) -> Result<()> {
         let Self { renderer, camera } = self;
         let options = &renderer.options;

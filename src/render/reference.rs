@@ -44,8 +44,8 @@ struct Layer {
 ///
 /// # Errors
 /// A page that is damaged.
-pub(super) fn render<S: PageSource>(
-    source: &S,
+pub(super) fn render(
+    source: &dyn PageSource,
     camera: &Camera,
     options: &RenderOptions,
     shades: Option<&Shades>,
@@ -69,8 +69,8 @@ pub(super) fn render<S: PageSource>(
     Ok(Rendered { frame, account: Account { times, rays } })
 }
 
-fn render_subimage<S: PageSource>(
-    source: &S,
+fn render_subimage(
+    source: &dyn PageSource,
     camera: &Camera,
     options: &RenderOptions,
     shades: Option<&Shades>,
@@ -127,11 +127,11 @@ fn render_subimage<S: PageSource>(
 }
 
 /// Builds the marcher of the ground that a camera sees.
-pub(super) fn marcher<'a, S: PageSource>(
-    source: &'a S,
+pub(super) fn marcher<'a>(
+    source: &'a dyn PageSource,
     camera: &Camera,
     options: &RenderOptions,
-) -> Marcher<'a, S> {
+) -> Marcher<'a> {
     let header = source.header();
     let bands = level_bands(header, camera, options);
     let marcher = Marcher::new(source, bands, options.surface).curved(options.curvature);

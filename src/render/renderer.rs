@@ -30,8 +30,8 @@ pub(super) const SHADES: usize = 128 << 20;
 ///
 /// Keeps what frames share: the radiance of pages under the sun of the options.
 #[derive(Debug)]
-pub struct Renderer<'a, S> {
-    pub(super) source: &'a S,
+pub struct Renderer<'a> {
+    pub(super) source: &'a dyn PageSource,
     pub(super) options: RenderOptions,
     pub(super) isa: Isa,
     /// Since the flight's first fix, seconds.
@@ -74,9 +74,9 @@ impl SharedState {
     }
 }
 
-impl<'a, S: PageSource> Renderer<'a, S> {
+impl<'a> Renderer<'a> {
     /// A renderer with the fastest instruction set of this machine.
-    pub fn new(source: &'a S, options: &RenderOptions) -> Self {
+    pub fn new(source: &'a dyn PageSource, options: &RenderOptions) -> Self {
         let shades = options.shades(source.header(), SHADES);
         let radiance = Radiance::new(options.sensor()).shaded(shades);
         let shared = Arc::new(SharedState::new(options.sensor(), radiance, TurnedPages::default()));
@@ -95,7 +95,7 @@ impl<'a, S: PageSource> Renderer<'a, S> {
     }
 
     /// The same over another source of the same database, one that has some of its pages only, say; what is kept is shared.
-    pub fn over<'b, T: PageSource>(&self, source: &'b T) -> Renderer<'b, T> {
+    pub fn over<'b>(&self, source: &'b dyn PageSource) -> Renderer<'b> {
         Renderer {
             source,
             options: self.options,

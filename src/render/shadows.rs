@@ -16,7 +16,6 @@ use crate::raymarch::{Contact, GridRay, SurfaceFilter};
 use crate::space::{Camera, Footprint, Ray};
 use crate::subimage::{Farm, Stage};
 use crate::sunlight::Daylight;
-use crate::voxel::PageSource;
 use crate::weather::Atmosphere;
 use hedgehop_base::error::Result;
 
@@ -211,10 +210,10 @@ struct BodyCache<'s> {
 }
 
 /// Bodies and ground under a sun.
-pub struct Shadows<'r, 'a, S> {
-    renderer: &'r Renderer<'a, S>,
+pub struct Shadows<'r, 'a> {
+    renderer: &'r Renderer<'a>,
     casters: Casters,
-    sunlit: Sunlit<'r, 'a, S>,
+    sunlit: Sunlit<'r, 'a>,
     footprint: Footprint,
     daylight: Daylight,
     to_sun: Vec3,
@@ -222,13 +221,13 @@ pub struct Shadows<'r, 'a, S> {
 }
 
 /// Shadows that bodies cast on the ground.
-pub(super) struct ShadowPass<'s, 'r, 'a, S> {
+pub(super) struct ShadowPass<'s, 'r, 'a> {
     /// `None`: nothing casts any.
-    pub shadows: Option<&'s Shadows<'r, 'a, S>>,
+    pub shadows: Option<&'s Shadows<'r, 'a>>,
     pub camera: &'s Camera,
 }
 
-impl<S: PageSource> Pass for ShadowPass<'_, '_, '_, S> {
+impl Pass for ShadowPass<'_, '_, '_> {
     fn draw(&self, canvas: &mut Canvas, farm: &Farm) -> Result<()> {
         let Some(shadows) = self.shadows else { return Ok(()) };
         let (pixels, range) = canvas.light_and_range(SQUARE);
@@ -236,9 +235,9 @@ impl<S: PageSource> Pass for ShadowPass<'_, '_, '_, S> {
     }
 }
 
-impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
+impl<'r, 'a> Shadows<'r, 'a> {
     /// Finds the shadows of `bodies` that `camera` may see; `None` without shadows.
-    pub fn of(renderer: &'r Renderer<'a, S>, camera: &Camera, bodies: &[Body]) -> Option<Self> {
+    pub fn of(renderer: &'r Renderer<'a>, camera: &Camera, bodies: &[Body]) -> Option<Self> {
         let options = &renderer.options;
         if !options.has_shadows() || bodies.is_empty() {
             return None;
@@ -253,7 +252,7 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
     }
 
     /// Builds the filter that samples the ground.
-    fn filter(&self, camera: &Camera) -> SurfaceFilter<'r, S> {
+    fn filter(&self, camera: &Camera) -> SurfaceFilter<'r> {
         let Renderer { source, options, shared, .. } = self.renderer;
         let filter = SurfaceFilter::new(*source, camera.footprint()).shaded(shared.radiance.shades());
         if options.tile_world { filter.endless() } else { filter }
@@ -368,7 +367,7 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
     fn left(
         &self,
         ground: &LitGround<'_>,
-        filter: &mut SurfaceFilter<'_, S>,
+        filter: &mut SurfaceFilter<'_>,
         lights: &mut Lights,
         among: &[&Caster],
         asides: &[Aside; 2],
@@ -415,7 +414,7 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
     fn light(
         &self,
         LitGround { shown, lens }: &LitGround<'_>,
-        filter: &mut SurfaceFilter<'_, S>,
+        filter: &mut SurfaceFilter<'_>,
         [column, row]: [usize; 2],
     ) -> Result<Option<CellLight>> {
         let range = f64::from(shown.range[row * shown.width + column]);

@@ -10,7 +10,6 @@ use crate::raymarch::scan::{
 };
 use crate::sensor::ShadedFacets;
 use crate::simd::{Isa, LANES};
-use crate::voxel::PageSource;
 use crate::weather::AtmosphereLanes;
 use hedgehop_base::error::Result;
 
@@ -39,7 +38,7 @@ pub struct SeenGroup<'s> {
 
 impl<'a> SpanRenderer<'a> {
     /// Builds the drawing of spans for pictures from `eye` (units, units, metres); `None` where there are none.
-    pub fn new<S: PageSource>(renderer: &'a Renderer<'_, S>, eye: DVec3) -> Option<Self> {
+    pub fn new(renderer: &'a Renderer<'_>, eye: DVec3) -> Option<Self> {
         let source = renderer.source;
         source.header().has_spans.then(|| Self {
             isa: renderer.isa,

@@ -294,7 +294,7 @@ const RAYS: u32 = 8;
 const SAME: f64 = 1e-3;
 
 /// What a ray through a place of the screen meets (pixels from its upper left corner): range of what hides half of the light, metres; infinite: the sky.
-fn range_along<S: PageSource>(marcher: &mut Marcher<'_, S>, camera: &Camera, x: f64, y: f64) -> f64 {
+fn range_along(marcher: &mut Marcher<'_>, camera: &Camera, x: f64, y: f64) -> f64 {
     let ray = camera.ray(x, y).unwrap();
     let ray = marcher.ray(ray.origin, ray.direction);
     let ground = marcher.first_contact(&ray, 0.0).unwrap();
@@ -355,12 +355,7 @@ impl Differences {
 }
 
 /// Least relative difference of a range from those along rays through its pixel; `error`, that of its own ray, if that is small.
-fn least_error<S: PageSource>(
-    marcher: &mut Marcher<'_, S>,
-    camera: &Camera,
-    index: usize,
-    (found, error): (f32, f64),
-) -> f64 {
+fn least_error(marcher: &mut Marcher<'_>, camera: &Camera, index: usize, (found, error): (f32, f64)) -> f64 {
     let corner = [index as u32 % camera.width, index as u32 / camera.width].map(f64::from);
     let mut least = error;
     for ray in 0..RAYS * RAYS {

@@ -10,7 +10,6 @@ use crate::objects::Body;
 use crate::raymarch::{LevelBands, Marcher, ground_height};
 use crate::space::Footprint;
 use crate::sunlight::{SUN_SEMIDIAMETER, ShadeSampler, Sun};
-use crate::voxel::PageSource;
 use hedgehop_base::error::{Error, Result};
 
 /// Radii above the ground up to which a body sees the sun as the ground below it does.
@@ -31,8 +30,8 @@ const LARGE: [f64; 2] = [2.0, 4.0];
 const RAISED: f64 = 0.5;
 
 /// Bodies, and what of the sun they see.
-pub struct Sunlit<'r, 'a, S> {
-    renderer: &'r Renderer<'a, S>,
+pub struct Sunlit<'r, 'a> {
+    renderer: &'r Renderer<'a>,
     bodies: HashMap<u32, SunlitBody>,
     failed: Mutex<Option<Error>>,
 }
@@ -94,9 +93,9 @@ impl Corners {
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Cells([Option<Corners>; 2]);
 
-impl<'r, 'a, S: PageSource> Sunlit<'r, 'a, S> {
+impl<'r, 'a> Sunlit<'r, 'a> {
     /// Nothing is known yet of `bodies`, which an eye sees whose pixels are as wide as `footprint` says.
-    pub fn new(renderer: &'r Renderer<'a, S>, bodies: &[Body], eye: DVec3, footprint: Footprint) -> Self {
+    pub fn new(renderer: &'r Renderer<'a>, bodies: &[Body], eye: DVec3, footprint: Footprint) -> Self {
         let spacing = renderer.source.header().grid.spacing;
         let place = |body: &Body| {
             let (middle, radius) = body.sphere();
@@ -165,7 +164,7 @@ impl<'r, 'a, S: PageSource> Sunlit<'r, 'a, S> {
     }
 
     /// A marcher over ground `width` metres wide.
-    fn marcher(&self, width: f64) -> Marcher<'a, S> {
+    fn marcher(&self, width: f64) -> Marcher<'a> {
         let Renderer { source, options, .. } = self.renderer;
         let header = source.header();
         let bands = LevelBands::uniform(&header.grid, header.level_count, width, 1.0);

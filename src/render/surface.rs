@@ -17,13 +17,13 @@ use super::renderer::Renderer;
 use crate::frame::Frame;
 use crate::raymarch::{Contact, GridRay, LevelBands, Marcher, SolidHit, SurfaceFilter};
 use crate::subimage::{Farm, Stage};
-use crate::voxel::{Attributes, PageSource};
+use crate::voxel::Attributes;
 use hedgehop_base::error::Result;
 
 /// Fills normal, level and id of the pixels that see something. Returns ranges, `[height][width]`, that are right where there may be `outlines`; the frame keeps those
 /// by which things are merged into it as they are into pictures.
-pub fn describe<S: PageSource>(
-    renderer: &Renderer<'_, S>,
+pub fn describe(
+    renderer: &Renderer<'_>,
     frame: &mut Frame,
     outlines: &[bool],
     farm: &Farm,
@@ -69,9 +69,9 @@ pub fn describe<S: PageSource>(
 }
 
 /// Looks along rays of pixels.
-struct SurfaceProbe<'a, S: PageSource> {
-    marcher: Marcher<'a, S>,
-    filter: SurfaceFilter<'a, S>,
+struct SurfaceProbe<'a> {
+    marcher: Marcher<'a>,
+    filter: SurfaceFilter<'a>,
     bands: LevelBands,
     hits: Vec<SolidHit>,
 }
@@ -87,7 +87,7 @@ struct SeenSurface {
     attributes: Attributes,
 }
 
-impl<S: PageSource> SurfaceProbe<'_, S> {
+impl SurfaceProbe<'_> {
     /// Looks along a ray for which planes found a range (metres; infinite: the sky), which is in doubt at outlines; `None`: the sky.
     fn look(&mut self, ray: &GridRay, range: f32, is_outline: bool) -> Result<Option<SeenSurface>> {
         if !is_outline {

@@ -74,3 +74,10 @@ pub trait PageSource: Sync {
         Ok(())
     }
 }
+
+/// Tells the identity of the database, not its pages.
+impl std::fmt::Debug for dyn PageSource + '_ {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_tuple("PageSource").field(&self.header().content_hash).finish()
+    }
+}

@@ -82,7 +82,7 @@ fn bits(frame: &Frame) -> Vec<u32> {
     floats.map(|value| value.to_bits()).chain(levels).chain(frame.id.iter().copied()).collect()
 }
 
-fn render<S: PageSource>(source: &S, camera: &Camera, options: &RenderOptions, farm: &Farm) -> Frame {
+fn render(source: &dyn PageSource, camera: &Camera, options: &RenderOptions, farm: &Farm) -> Frame {
     render_frame(source, camera, options, farm).unwrap().frame
 }
 
@@ -168,7 +168,7 @@ fn frames_do_not_depend_on_which_others_are_rendered() {
     for (index, camera) in cameras.iter().enumerate().rev().filter(|(index, _)| index % 5 != 1) {
         let found = bits(&some.frame(camera, &farm).unwrap().frame);
         assert!(found == frames[index], "{}", named(camera, &options[0]));
-        let picture = |renderer: &Renderer<'_, _>| renderer.picture(camera, &farm).unwrap().0.rgb;
+        let picture = |renderer: &Renderer<'_>| renderer.picture(camera, &farm).unwrap().0.rgb;
         assert!(picture(&some) == picture(&all), "{}", named(camera, &options[0]));
     }
 }

@@ -150,9 +150,9 @@ fn frames_do_not_depend_on_frames_before() {
     for (pitch, roll) in views.into_iter().flat_map(|view| [view, (-90.0 - view.0, view.1)]) {
         let camera = camera(area, pitch, roll);
         let fresh = Renderer::new(area, &options());
-        let rgb = |renderer: &Renderer<'_, _>| renderer.picture(&camera, &farm).unwrap().0.rgb;
+        let rgb = |renderer: &Renderer<'_>| renderer.picture(&camera, &farm).unwrap().0.rgb;
         assert!(rgb(&used) == rgb(&fresh), "pitch {pitch}, roll {roll}");
-        let frame = |renderer: &Renderer<'_, _>| renderer.frame(&camera, &farm).unwrap().frame;
+        let frame = |renderer: &Renderer<'_>| renderer.frame(&camera, &farm).unwrap().frame;
         let (used, fresh) = (frame(&used), frame(&fresh));
         assert!(used.range == fresh.range && used.colour == fresh.colour, "pitch {pitch}, roll {roll}");
     }

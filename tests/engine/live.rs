@@ -44,7 +44,7 @@ fn options(engine: Engine) -> RenderOptions {
 }
 
 /// The picture, and the share of it that was seen more coarsely.
-fn see<S: PageSource>(renderer: &Renderer<'_, S>, camera: &Camera, workers: usize) -> Result<(Vec<u8>, f64)> {
+fn see(renderer: &Renderer<'_>, camera: &Camera, workers: usize) -> Result<(Vec<u8>, f64)> {
     let (picture, account) = renderer.picture(camera, &Farm::new(workers).unwrap())?;
     Ok((picture.rgb, account.rays.coarser_share()))
 }

@@ -71,7 +71,7 @@ pub struct LevelTally {
 ///
 /// # Errors
 /// A page that is damaged.
-pub fn tally<S: PageSource>(source: &S, bbox: Option<[f64; 4]>) -> Result<Tally> {
+pub fn tally(source: &dyn PageSource, bbox: Option<[f64; 4]>) -> Result<Tally> {
     let header = source.header();
     let grid = &header.grid;
     let object =
@@ -122,8 +122,8 @@ fn part(voxels: &Range<u32>, page: u32, size: u32) -> Range<u32> {
     place(voxels.start)..place(voxels.end)
 }
 
-fn add_page<S: PageSource>(
-    source: &S,
+fn add_page(
+    source: &dyn PageSource,
     id: PageId,
     (columns, rows): Voxels<'_>,
     area: f64,
@@ -189,8 +189,8 @@ fn add_page<S: PageSource>(
     Ok(())
 }
 
-fn add_spans<S: PageSource>(
-    source: &S,
+fn add_spans(
+    source: &dyn PageSource,
     bare: PageId,
     (columns, rows): Voxels<'_>,
     tally: &mut Tally,
@@ -254,7 +254,7 @@ fn add_placements(
 ///
 /// # Errors
 /// A page that is damaged.
-pub fn attributes_at<S: PageSource>(source: &S, place: DVec2) -> Result<Option<Attributes>> {
+pub fn attributes_at(source: &dyn PageSource, place: DVec2) -> Result<Option<Attributes>> {
     let header = source.header();
     let grid = &header.grid;
     let far = grid.far_corner();

@@ -36,7 +36,7 @@ pub(super) struct Clearance {
 }
 
 /// Finds the clearance along a ray as far as `length` metres, which is not vertical.
-pub(super) fn clearance<S: PageSource>(source: &S, ray: &GridRay, length: f64) -> Result<Clearance> {
+pub(super) fn clearance(source: &dyn PageSource, ray: &GridRay, length: f64) -> Result<Clearance> {
     let grid = source.header().grid;
     let (mut cursor, mut slabs) = (Ground::Bare.cursor(source), Slabs::new(source));
     let mut barriers = Barriers::default();
@@ -80,7 +80,7 @@ pub(super) fn clearance<S: PageSource>(source: &S, ray: &GridRay, length: f64) -
 
 /// Returns how far one can see straight down from `eye`: the height where half of the light is gone, metres above the datum; ∞: the eye is below ground or within
 /// something opaque.
-pub(super) fn floor<S: PageSource>(source: &S, place: DVec2, eye: f64) -> Result<f64> {
+pub(super) fn floor(source: &dyn PageSource, place: DVec2, eye: f64) -> Result<f64> {
     let spacing = source.header().grid.spacing;
     let units = (place - source.header().grid.origin) / spacing;
     let ground = Ground::Bare.height_at(source, place)?.unwrap_or(f64::NEG_INFINITY);
@@ -116,11 +116,7 @@ impl Slab {
 }
 
 /// The ground along a step as a polynomial of the share of the way, constant term first; it is one patch there. `None`: there is none.
-fn ground_along<S: PageSource>(
-    cursor: &mut PageCursor<'_, S>,
-    ray: &GridRay,
-    step: &CellStep,
-) -> Result<Option<[f64; 3]>> {
+fn ground_along(cursor: &mut PageCursor<'_>, ray: &GridRay, step: &CellStep) -> Result<Option<[f64; 3]>> {
     let mut heights = [0.0; 3];
     // Not at the ends, where a neighbour may be stored more coarsely.
     for (height, share) in heights.iter_mut().zip([0.25, 0.5, 0.75]) {

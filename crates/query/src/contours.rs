@@ -59,8 +59,8 @@ pub fn fitting_interval(low: f64, high: f64) -> f64 {
 ///
 /// # Errors
 /// [`Error::Configuration`]: an interval that is not positive, or so small that lines have too many points; a page that is damaged; an interruption.
-pub fn contours<S: PageSource>(
-    source: &S,
+pub fn contours(
+    source: &dyn PageSource,
     level: u8,
     bounds: [f64; 4],
     interval: f64,
@@ -98,7 +98,7 @@ pub fn contours<S: PageSource>(
 ///
 /// # Errors
 /// A page that is damaged.
-pub fn contour_range<S: PageSource>(source: &S, level: u8, bounds: [f64; 4]) -> Result<Option<[f64; 2]>> {
+pub fn contour_range(source: &dyn PageSource, level: u8, bounds: [f64; 4]) -> Result<Option<[f64; 2]>> {
     let reader = PostReader::new(source, level, Sheet::Bare);
     let [columns, rows] = posts_in(source, level, bounds);
     let mut range: Option<[f64; 2]> = None;
@@ -139,7 +139,7 @@ fn corners(posts: &Posts<f64>, column: i64, row: i64) -> [f64; 4] {
 }
 
 /// Columns and rows of the posts of a level in a box.
-fn posts_in<S: PageSource>(source: &S, level: u8, [west, south, east, north]: [f64; 4]) -> [Range<i64>; 2] {
+fn posts_in(source: &dyn PageSource, level: u8, [west, south, east, north]: [f64; 4]) -> [Range<i64>; 2] {
     let grid = &source.header().grid;
     let (nx, ny) = grid.dims(level);
     let range = |low: f64, high: f64, origin: f64, limit: u32| {

@@ -15,7 +15,6 @@ use glam::DVec3;
 
 use super::map::GroundMap;
 use hedgehop::sunlight::Sun;
-use hedgehop::voxel::PageSource;
 use hedgehop_base::error::Result;
 
 /// A light and how much ground is raised under it.
@@ -52,12 +51,7 @@ impl Hillshade {
     ///
     /// # Errors
     /// A page that is damaged.
-    pub fn light<S: PageSource>(
-        &self,
-        map: &GroundMap<'_, S>,
-        columns: Range<i64>,
-        rows: Range<i64>,
-    ) -> Result<Vec<f32>> {
+    pub fn light(&self, map: &GroundMap<'_>, columns: Range<i64>, rows: Range<i64>) -> Result<Vec<f32>> {
         let heights = map.heights(columns.start - 1..columns.end + 1, rows.start - 1..rows.end + 1)?;
         let width = (columns.end - columns.start) as usize;
         let stride = width + 2;

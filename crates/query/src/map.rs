@@ -102,19 +102,19 @@ fn within(grid: &Grid, [west, south, east, north]: [f64; 4]) -> Result<[f64; 4]>
 
 /// A map of the ground.
 #[derive(Debug)]
-pub struct GroundMap<'s, S> {
+pub struct GroundMap<'s> {
     extent: MapExtent,
     grid: Grid,
-    reader: PostReader<'s, S>,
+    reader: PostReader<'s>,
     /// Column and row (from the south) of the level's voxel that is the upper left pixel, where pixels are voxels.
     voxel: Option<[i64; 2]>,
     /// Points of a pixel each way.
     points: u32,
 }
 
-impl<'s, S: PageSource> GroundMap<'s, S> {
+impl<'s> GroundMap<'s> {
     /// The ground of a database over an extent.
-    pub fn new(source: &'s S, extent: MapExtent, sheet: Sheet) -> Self {
+    pub fn new(source: &'s dyn PageSource, extent: MapExtent, sheet: Sheet) -> Self {
         let header = source.header();
         let grid = header.grid;
         let fits = |level: &u8| grid.side(*level) <= extent.pixel * (1.0 + SAME);

@@ -57,8 +57,8 @@ impl<T: Copy> Posts<T> {
 
 /// Reads rectangles of one level's posts.
 #[derive(Debug)]
-pub struct PostReader<'s, S> {
-    source: &'s S,
+pub struct PostReader<'s> {
+    source: &'s dyn PageSource,
     level: u8,
     sheet: Sheet,
 }
@@ -70,9 +70,9 @@ struct Part {
     rows: Range<i64>,
 }
 
-impl<'s, S: PageSource> PostReader<'s, S> {
+impl<'s> PostReader<'s> {
     /// Reads posts of a level index below [`hedgehop::voxel::Header::level_count`]. Coarser levels know only one sheet, the surface.
-    pub fn new(source: &'s S, level: u8, sheet: Sheet) -> Self {
+    pub fn new(source: &'s dyn PageSource, level: u8, sheet: Sheet) -> Self {
         Self { source, level, sheet }
     }
 

@@ -21,7 +21,7 @@ pub enum Ground {
 }
 
 impl Ground {
-    pub(super) fn cursor<S: PageSource>(self, source: &S) -> PageCursor<'_, S> {
+    pub(super) fn cursor(self, source: &dyn PageSource) -> PageCursor<'_> {
         let cursor = PageCursor::new(source);
         if self == Self::Bare { cursor.on_bare_ground() } else { cursor }
     }
@@ -30,7 +30,7 @@ impl Ground {
     ///
     /// # Errors
     /// A page that is damaged.
-    pub fn height_at<S: PageSource>(self, source: &S, place: DVec2) -> Result<Option<f64>> {
+    pub fn height_at(self, source: &dyn PageSource, place: DVec2) -> Result<Option<f64>> {
         Heights::of(self, source).at(place)
     }
 
@@ -38,7 +38,7 @@ impl Ground {
     ///
     /// # Errors
     /// A page that is damaged.
-    pub fn attributes_at<S: PageSource>(self, source: &S, place: DVec2) -> Result<Option<Attributes>> {
+    pub fn attributes_at(self, source: &dyn PageSource, place: DVec2) -> Result<Option<Attributes>> {
         let surface = attributes_at(source, place)?;
         if self == Self::Highest || surface.is_none() {
             return Ok(surface);
@@ -52,15 +52,15 @@ impl Ground {
 const DENSE: f32 = 0.4;
 
 /// Tells heights at places.
-struct Heights<'a, S: PageSource> {
+struct Heights<'a> {
     /// The ground below all that stands on it, or the surface where nothing is known to.
-    ground: PageCursor<'a, S>,
+    ground: PageCursor<'a>,
     /// Spans on the ground, if those count.
-    solids: Option<Solids<'a, S>>,
+    solids: Option<Solids<'a>>,
 }
 
-impl<'a, S: PageSource> Heights<'a, S> {
-    fn of(ground: Ground, source: &'a S) -> Self {
+impl<'a> Heights<'a> {
+    fn of(ground: Ground, source: &'a dyn PageSource) -> Self {
         let counts = ground == Ground::Highest && source.header().has_spans;
         // Between voxels' centres the surface that is stored slopes from roofs to the ground: walls are steep.
         let cursor = Ground::Bare.cursor(source);
@@ -99,12 +99,7 @@ pub struct Sample {
 ///
 /// # Errors
 /// [`Error::Configuration`]: a step that is not positive, or places that are not finite; a page that is damaged.
-pub fn profile<S: PageSource>(
-    source: &S,
-    ground: Ground,
-    places: &[DVec2],
-    step: f64,
-) -> Result<Vec<Sample>> {
+pub fn profile(source: &dyn PageSource, ground: Ground, places: &[DVec2], step: f64) -> Result<Vec<Sample>> {
     if !(step > 0.0 && places.iter().all(|place| place.is_finite())) {
         return Err(Error::Configuration(format!(
             "a profile needs finite places and a step of more than 0 m, not {step}"

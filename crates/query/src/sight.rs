@@ -61,7 +61,7 @@ pub struct Sight {
 ///
 /// # Errors
 /// [`Error::Configuration`]: points that are the same, or not finite; a page that is damaged.
-pub fn sight<S: PageSource>(source: &S, from: DVec3, to: DVec3, curvature: Curvature) -> Result<Sight> {
+pub fn sight(source: &dyn PageSource, from: DVec3, to: DVec3, curvature: Curvature) -> Result<Sight> {
     let (near, far) = (from.truncate(), to.truncate());
     let distance = near.distance(far);
     if !(from.is_finite() && to.is_finite()) || from == to {
@@ -106,7 +106,7 @@ pub fn sight<S: PageSource>(source: &S, from: DVec3, to: DVec3, curvature: Curva
 ///
 /// # Errors
 /// A page that is damaged.
-pub fn footing<S: PageSource>(source: &S, place: DVec2) -> Result<Option<f64>> {
+pub fn footing(source: &dyn PageSource, place: DVec2) -> Result<Option<f64>> {
     let Some(ground) = Ground::Bare.height_at(source, place)? else { return Ok(None) };
     let grid = source.header().grid;
     let mut slabs = Slabs::new(source);
@@ -116,7 +116,7 @@ pub fn footing<S: PageSource>(source: &S, place: DVec2) -> Result<Option<f64>> {
 }
 
 /// Finds the matter that a point lies within.
-fn surroundings<S: PageSource>(source: &S, point: DVec3) -> Result<Option<Matter>> {
+fn surroundings(source: &dyn PageSource, point: DVec3) -> Result<Option<Matter>> {
     let grid = source.header().grid;
     let place = point.truncate();
     let Some(ground) = Ground::Bare.height_at(source, place)? else { return Ok(None) };
@@ -133,7 +133,7 @@ fn surroundings<S: PageSource>(source: &S, point: DVec3) -> Result<Option<Matter
 ///
 /// Heights of the ray and of what it meets are rounded, so that which of them is higher where they touch is chance, and they touch wherever a point stands on something. So ground
 /// counts if it stops a ray that is higher by [`TOUCH`], and a span, which has two ends, if it stops both a higher and a lower one.
-fn obstacle<S: PageSource>(source: &S, ray: &GridRay, length: f64) -> Result<Option<(f64, Option<u8>)>> {
+fn obstacle(source: &dyn PageSource, ray: &GridRay, length: f64) -> Result<Option<(f64, Option<u8>)>> {
     let grid = source.header().grid;
     let [higher, lower] = [TOUCH, -TOUCH].map(|up| GridRay { eye: ray.eye + DVec3::Z * up, ..*ray });
     let bands = LevelBands::finest_only().with_bare_ground(&grid, SMALLEST_PIXEL, 0.0, 1.0);

@@ -23,16 +23,16 @@ pub(super) struct Slab {
 }
 
 /// Reads what stands over ways that lie near each other.
-pub(super) struct Slabs<'a, S: PageSource> {
-    source: &'a S,
+pub(super) struct Slabs<'a> {
+    source: &'a dyn PageSource,
     /// The block that was asked for last, and what stands on it.
     block: Option<[u32; 2]>,
     spans: BlockSpans,
     found: Vec<Slab>,
 }
 
-impl<'a, S: PageSource> Slabs<'a, S> {
-    pub fn new(source: &'a S) -> Self {
+impl<'a> Slabs<'a> {
+    pub fn new(source: &'a dyn PageSource) -> Self {
         Self { source, block: None, spans: BlockSpans::default(), found: Vec::new() }
     }
 
@@ -71,7 +71,7 @@ impl<'a, S: PageSource> Slabs<'a, S> {
 }
 
 /// A span along a way whose ends are given in sides of its voxel from its centre; `None`: the way passes beside it.
-fn slab<S: PageSource>(source: &S, span: &Span, ends: [DVec2; 2]) -> Option<Slab> {
+fn slab(source: &dyn PageSource, span: &Span, ends: [DVec2; 2]) -> Option<Slab> {
     let (code, spacing) = (source.header().heights, source.header().grid.spacing);
     let height = |height: u16| code.offset + code.scale * f64::from(height);
     let mut part = [0.0, 1.0];

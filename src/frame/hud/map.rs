@@ -45,7 +45,7 @@ impl MiniMap {
     ///
     /// # Errors
     /// A page that is damaged.
-    pub fn new<S: PageSource>(source: &S, path: &[DVec2]) -> Result<Self> {
+    pub fn new(source: &dyn PageSource, path: &[DVec2]) -> Result<Self> {
         let header = source.header();
         let units = DVec2::new(f64::from(header.grid.nx), f64::from(header.grid.ny));
         let extent = units * header.grid.spacing;

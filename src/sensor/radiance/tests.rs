@@ -117,7 +117,7 @@ fn radiance_of(codes: [u32; 3]) -> Vec3 {
 }
 
 /// Slopes of a level at a post, eastward and northward; `None`: no surface.
-fn slopes<S: PageSource>(cursor: &mut PageCursor<'_, S>, level: u8, cell: [i64; 2]) -> Option<[f32; 2]> {
+fn slopes(cursor: &mut PageCursor<'_>, level: u8, cell: [i64; 2]) -> Option<[f32; 2]> {
     let dims = cursor.dims(level);
     let here = cursor.height(level, cell).unwrap()??;
     let slope = |axis: usize| {
@@ -139,7 +139,7 @@ fn slopes<S: PageSource>(cursor: &mut PageCursor<'_, S>, level: u8, cell: [i64; 
 }
 
 /// What the post of a level sends if it is lit by that level: voxel by voxel through a cursor.
-fn lit<S: PageSource>(cursor: &mut PageCursor<'_, S>, level: u8, cell: [i64; 2]) -> Option<Vec3> {
+fn lit(cursor: &mut PageCursor<'_>, level: u8, cell: [i64; 2]) -> Option<Vec3> {
     let [east, north] = slopes(cursor, level, cell)?;
     let normal = Vec3::new(-east, -north, 1.0).normalize();
     let colour = Vec3::from_array(linear_from_srgb8(cursor.colour(level, cell).unwrap()?));
@@ -158,18 +158,13 @@ fn weight_of(facing: &Facing, slopes: [f32; 2]) -> f32 {
 }
 
 /// How much of a post is seen.
-fn weight<S: PageSource>(cursor: &mut PageCursor<'_, S>, level: u8, cell: [i64; 2], facing: &Facing) -> f32 {
+fn weight(cursor: &mut PageCursor<'_>, level: u8, cell: [i64; 2], facing: &Facing) -> f32 {
     slopes(cursor, level, cell).map_or(0.0, |slopes| weight_of(facing, slopes))
 }
 
 /// What a coarse voxel sends: its colour under the light on four slopes with mean and covariance of those of its 4 × 4 finer posts, by
 /// what is seen of them; black if none of these has a surface.
-fn lit_by_finer<S: PageSource>(
-    cursor: &mut PageCursor<'_, S>,
-    level: u8,
-    cell: [i64; 2],
-    facing: &Facing,
-) -> Vec3 {
+fn lit_by_finer(cursor: &mut PageCursor<'_>, level: u8, cell: [i64; 2], facing: &Facing) -> Vec3 {
     let Some(colour) = cursor.colour(level, cell).unwrap() else { return Vec3::ZERO };
     let dims = cursor.dims(level - 1);
     let radix = i64::from(RADIX);

@@ -9,7 +9,6 @@ use image::{Rgb, RgbImage};
 use crate::drawing::Mask;
 use crate::lettering;
 use crate::places::Places;
-use hedgehop::voxel::PageSource;
 use hedgehop_query::{ContinuityReport, Fault, Finding, MapExtent};
 
 const WHITE: Rgb<u8> = Rgb([255; 3]);
@@ -96,7 +95,7 @@ impl FaultKind {
 }
 
 /// A line for each kind: how many, and the worst.
-pub fn summary<S: PageSource>(report: &ContinuityReport, places: &Places<'_, S>) -> String {
+pub fn summary(report: &ContinuityReport, places: &Places<'_>) -> String {
     let mut text = String::new();
     for kind in FaultKind::ALL {
         let count = report.count(kind.fault());
@@ -121,7 +120,7 @@ pub fn summary<S: PageSource>(report: &ContinuityReport, places: &Places<'_, S>)
 }
 
 /// All findings as CSV.
-pub fn table<S: PageSource>(report: &ContinuityReport, places: &Places<'_, S>) -> String {
+pub fn table(report: &ContinuityReport, places: &Places<'_>) -> String {
     let mut text =
         "class,x_m,y_m,lon_deg,lat_deg,height_m,size_m,voxels,west_m,south_m,east_m,north_m\n".to_owned();
     for finding in &report.findings {

@@ -183,9 +183,9 @@ impl Finishing<'_> {
     }
 
     /// A frame in linear light; `None`: it is as it is without finishing.
-    pub fn frame<S: PageSource>(
+    pub fn frame(
         &self,
-        renderer: &Renderer<'_, S>,
+        renderer: &Renderer<'_>,
         number: u64,
         camera: &Camera,
         playing: Option<&Playing>,
@@ -201,9 +201,9 @@ impl Finishing<'_> {
     }
 
     /// A picture without instruments; `None`: it is as it is without finishing.
-    pub fn picture<S: PageSource>(
+    pub fn picture(
         &self,
-        renderer: &Renderer<'_, S>,
+        renderer: &Renderer<'_>,
         number: u64,
         camera: &Camera,
         playing: Option<&Playing>,
@@ -219,9 +219,9 @@ impl Finishing<'_> {
     }
 
     /// Draws the instruments over a picture of a frame; `source` knows how high the ground is.
-    pub fn draw<S: PageSource>(
+    pub fn draw(
         &self,
-        source: &S,
+        source: &dyn PageSource,
         number: u64,
         camera: &Camera,
         picture: &mut Picture,
@@ -259,7 +259,7 @@ impl Motion<'_> {
 }
 
 /// The map of a flight, if its instruments show one.
-pub fn mini_map<S: PageSource>(hud: &Hud, source: &S, trajectory: &Trajectory) -> Result<Option<MiniMap>> {
+pub fn mini_map(hud: &Hud, source: &dyn PageSource, trajectory: &Trajectory) -> Result<Option<MiniMap>> {
     /// Places of the path between its ends.
     const PLACES: u32 = 1000;
     if !hud.map {

@@ -9,8 +9,8 @@ use hedgehop::{Error, Result};
 use hedgehop_query::{Sample, footing};
 
 /// Between what users give and a database's reference system.
-pub struct Places<'s, S> {
-    source: &'s S,
+pub struct Places<'s> {
+    source: &'s dyn PageSource,
     /// Transformations to the system, and from it, in degrees; `None`: the area has no place on Earth.
     degrees: Option<[Transform; 2]>,
     /// Places are given and named in metres of the system.
@@ -25,9 +25,9 @@ fn short(number: f64) -> String {
     if number.abs() < MANY_DIGITS { number.to_string() } else { format!("{number:e}") }
 }
 
-impl<'s, S: PageSource> Places<'s, S> {
+impl<'s> Places<'s> {
     /// Places are longitude and latitude, degrees (WGS 84), unless `xy` or the area has no place on Earth.
-    pub fn new(source: &'s S, xy: bool) -> Result<Self> {
+    pub fn new(source: &'s dyn PageSource, xy: bool) -> Result<Self> {
         let crs = reference::crs(source.header())?;
         let wgs84 = Crs::wgs84();
         let degrees = (!crs.is_local())

@@ -152,9 +152,9 @@ pub fn raised(name: &str, metres: f64) -> String {
 
 impl Playing {
     /// Puts a scene's objects into a database.
-    pub fn new<S: PageSource>(
+    pub fn new(
         scene: &Scene,
-        source: &S,
+        source: &dyn PageSource,
         world: WorldArgs,
         fps: FrameRate,
         observer: &dyn Observer,

@@ -23,7 +23,6 @@ use hedgehop::progress::Observer;
 use hedgehop::render::{FlightPlan, LivePlan, NumberedCamera, Rays, Rendered, Renderer};
 use hedgehop::space::Camera;
 use hedgehop::subimage::{Batch, Farm};
-use hedgehop::voxel::PageSource;
 use hedgehop::{Error, Result};
 
 /// A finished frame on its way to the disk.
@@ -50,7 +49,7 @@ pub struct Sequence<'a> {
     /// Pages of the database.
     pub pages: &'a ResidentPages,
     /// Renders them.
-    pub renderer: &'a Renderer<'a, ResidentPages>,
+    pub renderer: &'a Renderer<'a>,
     /// Product of each frame.
     pub product: Product,
     /// Workers that render.
@@ -213,9 +212,9 @@ impl Sequence<'_> {
     }
 
     /// Renders what was asked of a frame.
-    fn look<S: PageSource>(
+    fn look(
         &self,
-        renderer: &Renderer<'_, S>,
+        renderer: &Renderer<'_>,
         number: u64,
         camera: &Camera,
         farm: &Farm,
@@ -240,9 +239,9 @@ impl Sequence<'_> {
     }
 
     /// Renders what was asked of a frame, and finishes it.
-    fn finished<S: PageSource>(
+    fn finished(
         &self,
-        renderer: &Renderer<'_, S>,
+        renderer: &Renderer<'_>,
         number: u64,
         camera: &Camera,
         finishing: &Finishing<'_>,

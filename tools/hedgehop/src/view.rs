@@ -193,9 +193,9 @@ impl LookArgs {
 
 impl FlightArgs {
     /// Binds the path, or the single eye, to a database.
-    pub fn bind<S: PageSource>(
+    pub fn bind(
         &self,
-        source: &S,
+        source: &dyn PageSource,
         setup: &Setup,
         observer: &dyn Observer,
     ) -> Result<Trajectory> {
@@ -227,10 +227,10 @@ impl FlightArgs {
 
     /// Numbers and cameras of the frames that `choose` takes out of the flight's count, after checks that
     /// somebody will see something.
-    pub fn cameras<S: PageSource>(
+    pub fn cameras(
         &self,
         file: &Path,
-        source: &S,
+        source: &dyn PageSource,
         setup: &Setup,
         fps: FrameRate,
         choose: impl FnOnce(u64) -> Result<FrameSet>,
@@ -240,10 +240,10 @@ impl FlightArgs {
     }
 
     /// [`Self::cameras`], and the way between them.
-    pub fn flight<S: PageSource>(
+    pub fn flight(
         &self,
         file: &Path,
-        source: &S,
+        source: &dyn PageSource,
         setup: &Setup,
         fps: FrameRate,
         choose: impl FnOnce(u64) -> Result<FrameSet>,
@@ -290,9 +290,9 @@ impl FlightArgs {
     }
 
     /// The frame next to each of `numbers`, which tells its motion: the one behind it, or before the last; of a single one itself a moment later.
-    pub fn partners<S: PageSource>(
+    pub fn partners(
         &self,
-        source: &S,
+        source: &dyn PageSource,
         setup: &Setup,
         fps: FrameRate,
         numbers: impl Iterator<Item = u64>,
@@ -339,8 +339,8 @@ impl FlightArgs {
 }
 
 /// Binds something to a database's reference system and its surface, which answers questions about the ground.
-pub fn over_ground<S: PageSource, T>(
-    source: &S,
+pub fn over_ground<T>(
+    source: &dyn PageSource,
     world: WorldArgs,
     bind: impl FnOnce(&Crs, &dyn Fn(DVec2) -> Option<f64>) -> Result<T>,
 ) -> Result<T> {
@@ -359,7 +359,7 @@ pub fn over_ground<S: PageSource, T>(
     }
 }
 
-fn check_inside<S: PageSource>(file: &Path, source: &S, poses: &[NumberedPose]) -> Result<()> {
+fn check_inside(file: &Path, source: &dyn PageSource, poses: &[NumberedPose]) -> Result<()> {
     let header = source.header();
     let inside = |pose: &Pose| header.grid.contains(pose.eye.truncate());
     let Some(NumberedPose { number, pose }) = poses.iter().find(|outside| !inside(&outside.pose)) else {
@@ -388,9 +388,9 @@ fn check_inside<S: PageSource>(file: &Path, source: &S, poses: &[NumberedPose]) 
 }
 
 /// Refuses eyes below the ground, which see nothing but one dark colour.
-fn check_above_ground<S: PageSource>(
+fn check_above_ground(
     flight: &FlightArgs,
-    source: &S,
+    source: &dyn PageSource,
     fps: FrameRate,
     poses: &[NumberedPose],
     observer: &dyn Observer,

@@ -68,7 +68,7 @@ impl WorldArgs {
     }
 
     /// Height of the ground, metres; `None` where there is none.
-    pub fn ground<S: PageSource>(&self, source: &S, position: DVec2) -> Result<Option<f64>> {
+    pub fn ground(&self, source: &dyn PageSource, position: DVec2) -> Result<Option<f64>> {
         if self.tile_world {
             endless_ground_height(source, position)
         } else {

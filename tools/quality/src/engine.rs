@@ -8,8 +8,8 @@ use hedgehop::subimage::Farm;
 use hedgehop::voxel::PageSource;
 
 /// The frame that is judged.
-pub fn render<S: PageSource>(
-    source: &S,
+pub fn render(
+    source: &dyn PageSource,
     camera: &Camera,
     options: &RenderOptions,
     farm: &Farm,
@@ -19,8 +19,8 @@ pub fn render<S: PageSource>(
 }
 
 /// The 8-bit picture that is judged, as files get it.
-pub fn picture<S: PageSource>(
-    source: &S,
+pub fn picture(
+    source: &dyn PageSource,
     camera: &Camera,
     options: &RenderOptions,
     farm: &Farm,

@@ -32,17 +32,22 @@ pub struct ExactView {
 }
 
 /// Sees level 1 in single directions.
-pub struct ExactEye<'a, S: PageSource> {
-    marcher: Marcher<'a, S>,
+pub struct ExactEye<'a> {
+    marcher: Marcher<'a>,
     light: PostLight<'a>,
     atmosphere: Atmosphere,
     grid: Grid,
     camera: &'a Camera,
 }
 
-impl<'a, S: PageSource> ExactEye<'a, S> {
+impl<'a> ExactEye<'a> {
     /// At the pose of `camera`, over ground that sends `radiance`.
-    pub fn new(source: &'a S, radiance: &'a Radiance, camera: &'a Camera, options: &RenderOptions) -> Self {
+    pub fn new(
+        source: &'a dyn PageSource,
+        radiance: &'a Radiance,
+        camera: &'a Camera,
+        options: &RenderOptions,
+    ) -> Self {
         let header = source.header();
         Self {
             marcher: Marcher::new(source, LevelBands::finest_only(), options.surface),
@@ -73,8 +78,8 @@ impl<'a, S: PageSource> ExactEye<'a, S> {
 }
 
 /// The view with one sample at the centre of each pixel.
-pub fn one_sample<S: PageSource>(
-    source: &S,
+pub fn one_sample(
+    source: &dyn PageSource,
     camera: &Camera,
     options: &RenderOptions,
     farm: &Farm,
@@ -85,8 +90,8 @@ pub fn one_sample<S: PageSource>(
 }
 
 /// The view with `side` × `side` samples in each pixel.
-pub fn supersampled<S: PageSource>(
-    source: &S,
+pub fn supersampled(
+    source: &dyn PageSource,
     camera: &Camera,
     options: &RenderOptions,
     farm: &Farm,
@@ -110,12 +115,12 @@ pub fn supersampled<S: PageSource>(
 }
 
 /// Every pixel of `camera` by `sample`, which is given the eye, the column and the row.
-fn view<S: PageSource>(
-    source: &S,
+fn view(
+    source: &dyn PageSource,
     camera: &Camera,
     options: &RenderOptions,
     farm: &Farm,
-    sample: impl Fn(&mut ExactEye<'_, S>, u32, u32) -> Result<(Vec3, f64)> + Sync + Send,
+    sample: impl Fn(&mut ExactEye<'_>, u32, u32) -> Result<(Vec3, f64)> + Sync + Send,
 ) -> Result<ExactView> {
     let radiance = Radiance::new(VisualSensor::new(options.sun));
     let columns: Vec<Vec<(Vec3, f64)>> = farm

@@ -28,9 +28,9 @@ pub struct Truths<'a> {
 
 impl Truths<'_> {
     /// The truth of a view, and whether it had to be computed.
-    pub fn get<S: PageSource>(
+    pub fn get(
         &self,
-        source: &S,
+        source: &dyn PageSource,
         camera: &Camera,
         options: &RenderOptions,
         farm: &Farm,
@@ -50,7 +50,7 @@ impl Truths<'_> {
     }
 
     /// A hash of the database, the view, the look and the samples.
-    fn key<S: PageSource>(&self, source: &S, camera: &Camera, options: &RenderOptions) -> u64 {
+    fn key(&self, source: &dyn PageSource, camera: &Camera, options: &RenderOptions) -> u64 {
         let said = format!(
             "light of posts, {} {:?} {}x{} {options:?} {}",
             source.header().content_hash,

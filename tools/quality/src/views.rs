@@ -14,7 +14,7 @@ const ATTEMPTS: u32 = 1000;
 /// Low flight: 20 to 150 units above the ground, in small areas no more than a fortieth to an eighth of their lesser side
 /// (uniform in the logarithm), inside the middle four fifths of the area, looking within 60° of its centre; pitch −10…0°,
 /// roll −20…20° in every other pose and 0 in the rest; field of view 60°.
-pub fn low_flight<S: PageSource>(source: &S, count: usize, seed: u64) -> Result<Vec<Pose>> {
+pub fn low_flight(source: &dyn PageSource, count: usize, seed: u64) -> Result<Vec<Pose>> {
     let mut random = Random::new(seed);
     let grid = source.header().grid;
     let centre = 0.5 * (grid.origin + grid.far_corner());
@@ -37,7 +37,7 @@ pub fn low_flight<S: PageSource>(source: &S, count: usize, seed: u64) -> Result<
 
 /// Any flight: 0.5 to 2000 units above the ground (uniform in the logarithm), anywhere in the area, any yaw, pitch
 /// −90…30°, any roll, field of view 20…110°; every fifth pose has pitch and roll 0.
-pub fn any_flight<S: PageSource>(source: &S, count: usize, seed: u64) -> Result<Vec<Pose>> {
+pub fn any_flight(source: &dyn PageSource, count: usize, seed: u64) -> Result<Vec<Pose>> {
     let mut random = Random::new(seed);
     let spacing = source.header().grid.spacing;
     (0..count)
@@ -56,7 +56,7 @@ pub fn any_flight<S: PageSource>(source: &S, count: usize, seed: u64) -> Result<
 }
 
 /// A place with ground, at least `margin` (a share of each side) from the area's edges, and the ground's height in metres.
-fn somewhere<S: PageSource>(source: &S, random: &mut Random, margin: f64) -> Result<(DVec2, f64)> {
+fn somewhere(source: &dyn PageSource, random: &mut Random, margin: f64) -> Result<(DVec2, f64)> {
     let grid = source.header().grid;
     for _ in 0..ATTEMPTS {
         let share = DVec2::new(random.within(margin, 1.0 - margin), random.within(margin, 1.0 - margin));

@@ -69,7 +69,7 @@ fn planes_show_the_shadows_of_the_reference() {
 fn neither_workers_nor_what_was_kept_change_a_shadow() {
     let area = area();
     let camera = camera(&area);
-    let picture = |renderer: &Renderer<'_, MemPages>, workers| {
+    let picture = |renderer: &Renderer<'_>, workers| {
         renderer.picture(&camera, &Farm::new(workers).unwrap()).unwrap().0.rgb
     };
     let renderer = Renderer::new(&area, &options(true));

@@ -119,7 +119,7 @@ pub(super) struct Patch {
 }
 
 impl Patch {
-    pub(super) fn read<S: PageSource>(reader: &PostReader<'_, S>, source: &S, id: PageId) -> Result<Self> {
+    pub(super) fn read(reader: &PostReader<'_>, source: &dyn PageSource, id: PageId) -> Result<Self> {
         let header = source.header();
         let Size { width, height } = header.grid.page_size(id).unwrap_or_default();
         let first = [id.px, id.py].map(|page| i64::from(page) * i64::from(PAGE_SIDE));

@@ -45,8 +45,8 @@ impl Default for ContinuityLimits {
 ///
 /// # Errors
 /// [`Error::Configuration`]: limits that are not above 1; a page that is damaged; an interruption.
-pub fn continuity<S: PageSource>(
-    source: &S,
+pub fn continuity(
+    source: &dyn PageSource,
     limits: &ContinuityLimits,
     observer: &dyn Observer,
 ) -> Result<ContinuityReport> {
@@ -87,7 +87,7 @@ pub fn continuity<S: PageSource>(
 }
 
 /// Compares the page's apron with its neighbours: one finding where it differs most.
-fn crack<S: PageSource>(source: &S, patch: &Patch, found: &mut Found) -> Result<()> {
+fn crack(source: &dyn PageSource, patch: &Patch, found: &mut Found) -> Result<()> {
     let apron = i64::from(APRON);
     let Some(own) = source.heights(patch.id)? else { return Ok(()) };
     let reader = PostReader::new(source, 0, Sheet::Surface);

@@ -74,7 +74,7 @@ pub struct SpanScan<'f> {
 pub struct SpanMarch<'a> {
     grid: Grid,
     metric: Metric,
-    blocks: Blocks<'a, dyn PageSource + 'a>,
+    blocks: Blocks<'a>,
     passed: Passed,
     /// Tangents of the middles of rows.
     centres: Vec<Sixteen>,

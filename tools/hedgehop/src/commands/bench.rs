@@ -50,7 +50,7 @@ use hedgehop::{Error, Result, Size};
 /// Flight to be rendered, and how.
 struct Job<'a> {
     pages: &'a ResidentPages,
-    renderer: Renderer<'a, ResidentPages>,
+    renderer: Renderer<'a>,
     cameras: &'a [NumberedCamera],
     playing: Option<Playing>,
     reporter: &'a Reporter,
@@ -218,7 +218,7 @@ impl Job<'_> {
     }
 
     /// The renderer of a frame.
-    fn at(&self, number: u64) -> Renderer<'_, ResidentPages> {
+    fn at(&self, number: u64) -> Renderer<'_> {
         self.renderer.at(self.playing.as_ref().map_or(0.0, |playing| playing.seconds(number)))
     }
 

@@ -281,7 +281,7 @@ fn write_geojson(
 
 fn write_line(
     file: &mut impl Write,
-    places: &Places<'_, PageFile>,
+    places: &Places<'_>,
     line: &Contour,
     spacing: ContourSpacing,
 ) -> io::Result<()> {

@@ -116,7 +116,7 @@ pub fn run(args: &HillshadeArgs, interrupt: &Interrupt) -> Outcome {
 
 /// Picture to be drawn.
 struct Picture<'s> {
-    map: GroundMap<'s, PageFile>,
+    map: GroundMap<'s>,
     shade: Hillshade,
     has_colour: bool,
 }

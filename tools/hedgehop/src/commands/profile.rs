@@ -222,7 +222,7 @@ fn drawn(line: &ProfileLine, header: &Header) -> std::result::Result<String, Fai
 }
 
 /// All samples as CSV.
-fn table<S: PageSource>(line: &ProfileLine, places: &Places<'_, S>) -> String {
+fn table(line: &ProfileLine, places: &Places<'_>) -> String {
     let mut text = "distance_m,lon_deg,lat_deg,x_m,y_m,ground_m".to_owned();
     text += if line.flight.is_some() { ",altitude_m,above_ground_m\n" } else { "\n" };
     for (index, sample) in line.samples.iter().enumerate() {

@@ -169,10 +169,10 @@ struct SceneFlight {
 
 impl SceneFlight {
     /// Binds path and scene to the database, whose ground is read from `ground`.
-    fn bind<S: PageSource>(
+    fn bind(
         args: &RenderArgs,
         request: &FrameRequest,
-        ground: &S,
+        ground: &dyn PageSource,
         reporter: &Reporter,
     ) -> Result<Self> {
         let FrameRequest { scene, finish, setup, .. } = request;

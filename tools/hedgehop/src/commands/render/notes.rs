@@ -7,7 +7,6 @@ use crate::memory::Late;
 use crate::progress::Reporter;
 use crate::sequence::Fineness;
 use hedgehop::Result;
-use hedgehop::memory::ResidentPages;
 use hedgehop::progress::Observer;
 use hedgehop::render::{Engine, NumberedCamera, RenderOptions, Renderer, Unserved};
 use hedgehop::sunlight::Sun;
@@ -63,7 +62,7 @@ pub fn other_sun(area: &Path, header: &Header, sun: Sun) -> Option<String> {
 
 /// Says how many frames the engine that was asked for leaves to the reference marcher, and why.
 pub fn left_to_reference(
-    renderer: &Renderer<'_, ResidentPages>,
+    renderer: &Renderer<'_>,
     options: &RenderOptions,
     cameras: &[NumberedCamera],
     antialias: u32,
