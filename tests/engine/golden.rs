@@ -133,7 +133,7 @@ impl Golden {
         format!("{variable} cargo test -p hedgehop --test engine golden::{}", self.name)
     }
 
-    fn renderer(&self, engine: Engine, isa: Isa) -> Renderer<'static, GoldenWorld> {
+    fn renderer(&self, engine: Engine, isa: Isa) -> Renderer<'static> {
         let options = RenderOptions { engine, ..self.panel.options };
         let renderer = Renderer::new(self.panel.world, &options).with_isa(isa);
         renderer.at(self.panel.seconds).moving(self.panel.velocity)
