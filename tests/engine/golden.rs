@@ -32,7 +32,6 @@ use hedgehop::subimage::Farm;
 use crate::scene::ORIGIN;
 use panels::Panel;
 use pictures::{AMPLIFIED, Distance};
-use worlds::GoldenWorld;
 
 /// Mean absolute difference of codes up to which a picture is as it was.
 const MOST_MEAN: f64 = 0.01;
