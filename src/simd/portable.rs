@@ -23,37 +23,55 @@ pub struct I([i32; LANES]);
 #[repr(align(64))]
 pub struct M([u32; LANES]);
 
-#[inline(always)]
-fn each<A: Copy, B: Copy + Default>(a: [A; LANES], f: impl Fn(A) -> B) -> [B; LANES] {
-    let mut out = [B::default(); LANES];
-    for lane in 0..LANES {
-        out[lane] = f(a[lane]);
-    }
-    out
+/// Array of what an expression is for each lane, written out. As a loop every operator would be inlined as one, and
+/// compilers take minutes over kernels of some thousand loops.
+macro_rules! lanes {
+    (|$lane:ident| $value:expr) => {
+        lanes!(@ $lane $value; 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15)
+    };
+    (@ $lane:ident $value:expr; $($number:literal)*) => {
+        [$({
+            let $lane: usize = $number;
+            $value
+        }),*]
+    };
 }
 
-#[inline(always)]
-fn both<A: Copy, B: Copy, C: Copy + Default>(
-    a: [A; LANES],
-    b: [B; LANES],
-    f: impl Fn(A, B) -> C,
-) -> [C; LANES] {
-    let mut out = [C::default(); LANES];
-    for lane in 0..LANES {
-        out[lane] = f(a[lane], b[lane]);
-    }
-    out
+/// Array of what an expression is for each element of an array.
+macro_rules! each {
+    ($of:expr, |$a:ident| $value:expr) => {{
+        let all = $of;
+        lanes!(|lane| {
+            let $a = all[lane];
+            $value
+        })
+    }};
 }
 
-/// One lane of sixteen, by halves.
-#[inline(always)]
-fn halve(mut lanes: [f32; LANES], f: impl Fn(f32, f32) -> f32) -> f32 {
-    for half in [8, 4, 2, 1] {
-        for lane in 0..half {
-            lanes[lane] = f(lanes[lane], lanes[lane + half]);
-        }
-    }
-    lanes[0]
+/// Array of what an expression is for each pair of elements of two arrays.
+macro_rules! both {
+    ($of:expr, $and:expr, |$a:ident, $b:ident| $value:expr) => {{
+        let (all, others) = ($of, $and);
+        lanes!(|lane| {
+            let ($a, $b) = (all[lane], others[lane]);
+            $value
+        })
+    }};
+}
+
+/// One of sixteen lanes, by halves.
+macro_rules! halve {
+    ($of:expr, |$a:ident, $b:ident| $value:expr) => {{
+        let mut all = $of;
+        halve!(@ all $a $b $value; 0 8, 1 9, 2 10, 3 11, 4 12, 5 13, 6 14, 7 15, 0 4, 1 5, 2 6, 3 7, 0 2, 1 3, 0 1);
+        all[0]
+    }};
+    (@ $all:ident $a:ident $b:ident $value:expr; $($low:literal $high:literal),*) => {
+        $(
+            let ($a, $b) = ($all[$low], $all[$high]);
+            $all[$low] = $value;
+        )*
+    };
 }
 
 /// Summand that brings the whole part of a number into the lowest bits, if it is less than [`LARGEST`]. Rust's own
@@ -72,7 +90,7 @@ macro_rules! operator {
             type Output = Self;
             #[inline(always)]
             fn $method(self, other: Self) -> Self {
-                Self(both(self.0, other.0, |$a, $b| $body))
+                Self(both!(self.0, other.0, |$a, $b| $body))
             }
         }
     };
@@ -92,7 +110,7 @@ impl Not for M {
     type Output = Self;
     #[inline(always)]
     fn not(self) -> Self {
-        Self(each(self.0, |a| !a))
+        Self(each!(self.0, |a| !a))
     }
 }
 
@@ -119,57 +137,57 @@ impl Simd for Portable {
     }
     #[inline(always)]
     fn load_shorts(self, values: &[u16; LANES]) -> I {
-        I(each(*values, i32::from))
+        I(each!(*values, |a| i32::from(a)))
     }
     #[inline(always)]
     fn load_triples(self, values: &[u8; 3 * LANES]) -> I {
-        I(std::array::from_fn(|lane| {
+        I(lanes!(|lane| {
             let at = 3 * lane;
             i32::from_le_bytes([values[at], values[at + 1], values[at + 2], 0])
         }))
     }
     #[inline(always)]
     fn load_fives(self, values: &[u8; 5 * LANES]) -> [I; 2] {
-        let four = std::array::from_fn(|lane| {
+        let four = lanes!(|lane| {
             let at = 5 * lane;
             i32::from_le_bytes([values[at], values[at + 1], values[at + 2], values[at + 3]])
         });
-        [I(four), I(std::array::from_fn(|lane| i32::from(values[5 * lane + 4])))]
+        [I(four), I(lanes!(|lane| i32::from(values[5 * lane + 4])))]
     }
     #[inline(always)]
     fn mask(self, bits: u16) -> M {
-        M(std::array::from_fn(|lane| yes(bits >> lane & 1 != 0)))
+        M(lanes!(|lane| yes(bits >> lane & 1 != 0)))
     }
     #[inline(always)]
     fn gather(self, table: &[f32], index: I) -> F {
         let last = table.len() - 1;
-        F(each(index.0, |index| table[(index as u32 as usize).min(last)]))
+        F(each!(index.0, |index| table[(index as u32 as usize).min(last)]))
     }
     #[inline(always)]
     fn gather_words(self, table: &[u32], index: I) -> I {
         let last = table.len() - 1;
-        I(each(index.0, |index| table[(index as u32 as usize).min(last)] as i32))
+        I(each!(index.0, |index| table[(index as u32 as usize).min(last)] as i32))
     }
     #[inline(always)]
     fn gather_pairs(self, table: &[u16], index: I) -> I {
         let last = table.len() - 2;
-        I(each(index.0, |index| {
+        I(each!(index.0, |index| {
             let index = (index as u32 as usize).min(last);
             (u32::from(table[index]) | u32::from(table[index + 1]) << 16) as i32
         }))
     }
     #[inline(always)]
     fn permute_pairs(self, near: &[u16; 2 * LANES], index: I) -> I {
-        I(each(index.0, |index| {
-            let [low, high] = [index, index + 1].map(|index| near[index as usize % (2 * LANES)]);
+        I(each!(index.0, |index| {
+            let (low, high) = (near[index as usize % (2 * LANES)], near[(index + 1) as usize % (2 * LANES)]);
             i32::from(low) | i32::from(high) << 16
         }))
     }
     #[inline(always)]
     fn gather_word_pairs(self, table: &[u32], index: I) -> (I, I) {
         let last = table.len() - 2;
-        let first = each(index.0, |index| (index as u32 as usize).min(last));
-        (I(each(first, |index| table[index] as i32)), I(each(first, |index| table[index + 1] as i32)))
+        let first: [usize; LANES] = each!(index.0, |index| (index as u32 as usize).min(last));
+        (I(each!(first, |index| table[index] as i32)), I(each!(first, |index| table[index + 1] as i32)))
     }
     #[inline(always)]
     fn prefetch<T>(self, _: &[T], _: usize) {}
@@ -189,7 +207,10 @@ impl Simd for Portable {
         let mut all = [0.0; 2 * LANES];
         all[..LANES].copy_from_slice(&low.0);
         all[LANES..].copy_from_slice(&high.0);
-        [0, 1].map(|next| F(each(index.0, |index| all[(index + next) as usize % (2 * LANES)])))
+        [
+            F(each!(index.0, |index| all[index as usize % (2 * LANES)])),
+            F(each!(index.0, |index| all[(index + 1) as usize % (2 * LANES)])),
+        ]
     }
 }
 
@@ -207,27 +228,27 @@ impl Floats for F {
     }
     #[inline(always)]
     fn min(self, other: Self) -> Self {
-        Self(both(self.0, other.0, |a, b| if a < b { a } else { b }))
+        Self(both!(self.0, other.0, |a, b| if a < b { a } else { b }))
     }
     #[inline(always)]
     fn max(self, other: Self) -> Self {
-        Self(both(self.0, other.0, |a, b| if a > b { a } else { b }))
+        Self(both!(self.0, other.0, |a, b| if a > b { a } else { b }))
     }
     #[inline(always)]
     fn sqrt(self) -> Self {
-        Self(each(self.0, f32::sqrt))
+        Self(each!(self.0, |a| a.sqrt()))
     }
     #[inline(always)]
     fn abs(self) -> Self {
-        Self(each(self.0, f32::abs))
+        Self(each!(self.0, |a| a.abs()))
     }
     #[inline(always)]
     fn recip(self) -> Self {
-        Self(each(self.0, |a| 1.0 / a))
+        Self(each!(self.0, |a| 1.0 / a))
     }
     #[inline(always)]
     fn rsqrt(self) -> Self {
-        Self(each(self.0, |a| 1.0 / a.sqrt()))
+        Self(each!(self.0, |a| 1.0 / a.sqrt()))
     }
     #[inline(always)]
     fn sqrt_rough(self) -> Self {
@@ -235,14 +256,14 @@ impl Floats for F {
     }
     #[inline(always)]
     fn to_int(self) -> I {
-        I(each(self.0, |a| {
+        I(each!(self.0, |a| {
             let nearest = a + WHOLE;
             nearest.to_bits().wrapping_sub(WHOLE.to_bits()) as i32 - i32::from(nearest - WHOLE > a)
         }))
     }
     #[inline(always)]
     fn floor(self) -> Self {
-        Self(each(self.0, |a| {
+        Self(each!(self.0, |a| {
             let nearest = (a + WHOLE) - WHOLE;
             let below = nearest - if nearest > a { 1.0 } else { 0.0 };
             if a.abs() < LARGEST { below } else { a }
@@ -250,11 +271,11 @@ impl Floats for F {
     }
     #[inline(always)]
     fn lt(self, other: Self) -> M {
-        M(both(self.0, other.0, |a, b| yes(a < b)))
+        M(both!(self.0, other.0, |a, b| yes(a < b)))
     }
     #[inline(always)]
     fn le(self, other: Self) -> M {
-        M(both(self.0, other.0, |a, b| yes(a <= b)))
+        M(both!(self.0, other.0, |a, b| yes(a <= b)))
     }
     #[inline(always)]
     fn select(self, mask: M, other: Self) -> Self {
@@ -262,15 +283,15 @@ impl Floats for F {
     }
     #[inline(always)]
     fn least(self) -> f32 {
-        halve(self.0, |a, b| if a < b { a } else { b })
+        halve!(self.0, |a, b| if a < b { a } else { b })
     }
     #[inline(always)]
     fn greatest(self) -> f32 {
-        halve(self.0, |a, b| if a > b { a } else { b })
+        halve!(self.0, |a, b| if a > b { a } else { b })
     }
     #[inline(always)]
     fn to_bits(self) -> I {
-        I(each(self.0, |a| a.to_bits() as i32))
+        I(each!(self.0, |a| a.to_bits() as i32))
     }
     #[inline(always)]
     fn store(self, target: &mut [f32; LANES]) {
@@ -288,53 +309,53 @@ impl Ints for I {
 
     #[inline(always)]
     fn to_float(self) -> F {
-        F(each(self.0, |a| a as f32))
+        F(each!(self.0, |a| a as f32))
     }
     #[inline(always)]
     fn as_floats(self) -> F {
-        F(each(self.0, |a| f32::from_bits(a as u32)))
+        F(each!(self.0, |a| f32::from_bits(a as u32)))
     }
     #[inline(always)]
     fn shr<const N: u32>(self) -> Self {
-        Self(each(self.0, |a| (a as u32 >> N) as i32))
+        Self(each!(self.0, |a| (a as u32 >> N) as i32))
     }
     #[inline(always)]
     fn sar<const N: u32>(self) -> Self {
-        Self(each(self.0, |a| a >> N))
+        Self(each!(self.0, |a| a >> N))
     }
     #[inline(always)]
     fn shl<const N: u32>(self) -> Self {
-        Self(each(self.0, |a| a << N))
+        Self(each!(self.0, |a| a << N))
     }
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
-        Self(both(self.0, other.0, i32::wrapping_mul))
+        Self(both!(self.0, other.0, |a, b| a.wrapping_mul(b)))
     }
     #[inline(always)]
     fn min(self, other: Self) -> Self {
-        Self(both(self.0, other.0, |a, b| if a < b { a } else { b }))
+        Self(both!(self.0, other.0, |a, b| if a < b { a } else { b }))
     }
     #[inline(always)]
     fn max(self, other: Self) -> Self {
-        Self(both(self.0, other.0, |a, b| if a > b { a } else { b }))
+        Self(both!(self.0, other.0, |a, b| if a > b { a } else { b }))
     }
     #[inline(always)]
     fn eq(self, other: Self) -> M {
-        M(both(self.0, other.0, |a, b| yes(a == b)))
+        M(both!(self.0, other.0, |a, b| yes(a == b)))
     }
     #[inline(always)]
     fn gt(self, other: Self) -> M {
-        M(both(self.0, other.0, |a, b| yes(a > b)))
+        M(both!(self.0, other.0, |a, b| yes(a > b)))
     }
     #[inline(always)]
     fn select(self, mask: M, other: Self) -> Self {
-        let chosen = both(self.0, mask.0, |a, mask| a & mask as i32);
-        let others = both(other.0, mask.0, |a, mask| a & !mask as i32);
-        Self(both(chosen, others, |a, b| a | b))
+        let chosen = both!(self.0, mask.0, |a, mask| a & mask as i32);
+        let others = both!(other.0, mask.0, |a, mask| a & !mask as i32);
+        Self(both!(chosen, others, |a, b| a | b))
     }
     #[inline(always)]
     fn least(self, mask: M) -> i32 {
-        self.select(mask, Self([i32::MAX; LANES])).0.iter().fold(i32::MAX, |least, &a| least.min(a))
+        halve!(self.select(mask, Self([i32::MAX; LANES])).0, |a, b| if a < b { a } else { b })
     }
     #[inline(always)]
     fn store(self, target: &mut [i32; LANES]) {
@@ -345,14 +366,15 @@ impl Ints for I {
 impl Mask for M {
     #[inline(always)]
     fn any(self) -> bool {
-        self.0.iter().fold(0, |all, &a| all | a) != 0
+        halve!(self.0, |a, b| a | b) != 0
     }
     #[inline(always)]
     fn all(self) -> bool {
-        self.0.iter().fold(u32::MAX, |all, &a| all & a) == u32::MAX
+        halve!(self.0, |a, b| a & b) == u32::MAX
     }
     #[inline(always)]
     fn bits(self) -> u16 {
-        self.0.iter().enumerate().fold(0, |bits, (lane, &a)| bits | ((a & 1) as u16) << lane)
+        let bits: [u32; LANES] = lanes!(|lane| (self.0[lane] & 1) << lane);
+        halve!(bits, |a, b| a | b) as u16
     }
 }
