@@ -6,6 +6,7 @@
 use std::io::{Read, copy};
 
 use flate2::read::ZlibDecoder;
+use ruzstd::decoding::StreamingDecoder;
 use weezl::decode::Configuration;
 use weezl::{BitOrder, LzwStatus};
 
@@ -22,12 +23,9 @@ pub(super) struct ChunkSize {
 
 /// Unpacks a chunk that is stored under a compression; its predictor is still to be undone.
 pub(super) fn unpack(code: u32, stored: &[u8], size: ChunkSize) -> Result<Vec<u8>, String> {
-    let text = |error: std::io::Error| error.to_string();
     match code {
         compression::DEFLATE | compression::OLD_DEFLATE => whole(ZlibDecoder::new(stored), size),
-        compression::ZSTD => {
-            whole(zstd::stream::read::Decoder::with_buffer(stored).map_err(text)?.single_frame(), size)
-        }
+        compression::ZSTD => zstandard(stored, size),
         compression::LZW => exact(lzw(stored, size.most)?, size),
         compression::PACK_BITS => exact(pack_bits(stored, size.most)?, size),
         _ => stored.get(..size.needed).map(<[u8]>::to_vec).ok_or_else(|| "it is too short".to_owned()),
@@ -41,6 +39,19 @@ fn whole(mut stream: impl Read, size: ChunkSize) -> Result<Vec<u8>, String> {
     let room = (size.most - size.needed) as u64;
     let behind = copy(&mut stream.take(room + 1), &mut std::io::sink()).map_err(|error| error.to_string())?;
     if behind > room { Err(surplus()) } else { Ok(bytes) }
+}
+
+/// Returns all of a Zstandard frame, whose checksum is compared if it has one (RFC 8878, §3.1.1).
+fn zstandard(stored: &[u8], size: ChunkSize) -> Result<Vec<u8>, String> {
+    let mut stream = StreamingDecoder::new(stored).map_err(|error| error.to_string())?;
+    let bytes = whole(&mut stream, size)?;
+    let frame = &stream.decoder;
+    match frame.get_checksum_from_data() {
+        Some(stated) if Some(stated) != frame.get_calculated_checksum() => {
+            Err("its checksum is another one".to_owned())
+        }
+        _ => Ok(bytes),
+    }
 }
 
 fn exact(mut bytes: Vec<u8>, size: ChunkSize) -> Result<Vec<u8>, String> {
@@ -130,13 +141,27 @@ mod tests {
         assert!(unpack(compression::PACK_BITS, &packed[..14], size(24, 24)).is_err());
     }
 
+    fn zstandard_of(plain: &[u8]) -> Vec<u8> {
+        ruzstd::encoding::compress_to_vec(plain, ruzstd::encoding::CompressionLevel::Fastest)
+    }
+
+    #[test]
+    fn a_wrong_checksum_of_zstandard_is_told() {
+        let plain: Vec<u8> = (0..5_000_u32).map(|i| (i * i / 7) as u8).collect();
+        let mut frame = zstandard_of(&plain);
+        assert_eq!(unpack(compression::ZSTD, &frame, size(5_000, 5_000)).unwrap(), plain);
+        *frame.last_mut().unwrap() ^= 1;
+        let refusal = unpack(compression::ZSTD, &frame, size(5_000, 5_000)).unwrap_err();
+        assert!(refusal.contains("checksum"), "{refusal}");
+    }
+
     #[test]
     fn nothing_may_be_missing_or_left() {
         let plain: Vec<u8> = (0..200_u32).map(|i| (i * i / 7) as u8).collect();
         let mut deflated = flate2::read::ZlibEncoder::new(&plain[..], flate2::Compression::best());
         let mut packed = Vec::new();
         deflated.read_to_end(&mut packed).unwrap();
-        let zstd = zstd::bulk::compress(&plain, 1).unwrap();
+        let zstd = zstandard_of(&plain);
         let lzw = weezl::encode::Encoder::with_tiff_size_switch(BitOrder::Msb, 8).encode(&plain).unwrap();
         for (code, packed) in
             [(compression::DEFLATE, packed), (compression::ZSTD, zstd), (compression::LZW, lzw)]
