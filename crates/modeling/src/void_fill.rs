@@ -2,7 +2,7 @@
 //!
 //! Inverse-distance weighting from the nearest valid voxels in sixteen directions (as GDAL's fillnodata does, in
 //! eight): `h = Σ hₖ/dₖ² / Σ 1/dₖ²`. A direction that meets nothing within [`REACH`] voxels contributes
-//! the source's coarse surface (see [`crate::scan`]) at that distance. So a void's rim joins the terrain around
+//! the source's coarse surface (see [`crate::elevation_survey`]) at that distance. So a void's rim joins the terrain around
 //! it, and the middle of a wide one follows the broad shape. A value depends only on voxels within
 //! the reach: pages agree on their common samples.
 

@@ -20,7 +20,7 @@
 //! nothing behind it. With that, equal frames are equal bytes.
 //!
 //! The format has no checksums over its header, nor over blocks that do not compress, so that a digest of
-//! entries and channels (`hedgehop.digest`) goes with them; [`decode`] compares it.
+//! entries and channels (`hedgehop.digest`) goes with them; [`decode()`] compares it.
 
 mod channels;
 mod decode;

@@ -31,7 +31,7 @@ pub struct Outline {
 /// Finds out what a build would make, from the heads of its files: no height is read.
 ///
 /// # Errors
-/// Those of [`build`] that show before heights are read.
+/// Those of [`build`](super::build()) that show before heights are read.
 pub fn outline(options: &BuildOptions) -> Result<Outline> {
     let budget = Budget::of(options)?;
     let inputs = inputs::open_all(options, budget.cache, &Silent)?;
