@@ -1,7 +1,7 @@
 //! Golden pictures: ten views whose pictures are kept, and must stay as they are until somebody means to change them.
 //!
 //! A picture is compared with its file in `golden/` for each instruction set of the machine. Sets and libraries of
-//! mathematics differ in last bits, so that a picture may be off by [`MOST_MEAN`] and [`MOST_FAR`]. Files are made with
+//! mathematics differ in last bits, so that a picture may be off by [`most_mean`] and [`MOST_FAR`]. Files are made with
 //! the portable set. AVX2 differs from them by 0.0002 codes in the mean at the most, in two pixels of `objects` by 2 and 4
 //! codes, elsewhere by one. Two percent of visibility make 0.07 (`night`) to 0.5 codes (`ridges`), but 0.006 in `snow`,
 //! which hides more than haze; two percent of the colour of the balloon of `objects` 0.013; a black pixel among white ones
@@ -33,8 +33,11 @@ use crate::scene::ORIGIN;
 use panels::Panel;
 use pictures::{AMPLIFIED, Distance};
 
-/// Mean absolute difference of codes up to which a picture is as it was.
-const MOST_MEAN: f64 = 0.01;
+/// Mean absolute difference of codes up to which a picture is as it was. AVX-512 has rough roots of 14 bits; AVX2's, cut to
+/// as many, make 0.0015 (`night`) to 0.0101 (`fog`), always by one code, since they round the codes of light otherwise.
+fn most_mean(isa: Isa) -> f64 {
+    if isa == Isa::PORTABLE { 0.01 } else { 0.02 }
+}
 
 /// Share of the pixels that may be far off.
 const MOST_FAR: f64 = 0.0005;
@@ -99,7 +102,8 @@ impl Golden {
         );
         let distance = Distance::new(&found, expected);
         let Distance { mean, far, worst, most } = distance;
-        if mean <= MOST_MEAN && far <= MOST_FAR {
+        let most_mean = most_mean(isa);
+        if mean <= most_mean && far <= MOST_FAR {
             return;
         }
 
@@ -108,7 +112,7 @@ impl Golden {
         let [column, row] = worst;
         let replay = self.command(&format!("{PIXEL}={column},{row}"));
         panic!(
-            "golden picture {name} is not as it was ({isa}): codes are off by {mean:.3} in the mean (most {MOST_MEAN}), \
+            "golden picture {name} is not as it was ({isa}): codes are off by {mean:.3} in the mean (most {most_mean}), \
              {:.2} % of the pixels by more than {} (most {} %)\n\
              expected | difference x {AMPLIFIED} | actual:\n  {}\n\
              worst is pixel {column},{row}, by {most}: expected {}, actual {}. To see what is there:\n  {replay} -- --nocapture\n\
