@@ -18,7 +18,7 @@ pub struct Frame {
     /// ([`Camera::ray`] is `None`): there the colour is black.
     pub range: Vec<f32>,
     /// Unit normal of the surface that was seen, ground or solid, in world space (x east, y north, z up); zero for the sky.
-    /// Those of crowns may look away from the eye.
+    /// Normals of crowns may look away from the eye.
     pub normal: Vec<[f32; 3]>,
     /// Level index of the surface that was seen; [`Frame::SKY_LEVEL`] for the sky, [`Frame::BODY_LEVEL`] for bodies.
     pub level: Vec<u8>,

@@ -13,7 +13,7 @@ const LONGEST_NAME: usize = 200;
 /// Refuses an output that no database can be, whether anything may be replaced or not.
 ///
 /// # Errors
-/// It is an input, a folder or a device, or has no name that a file can have.
+/// The output is an input, a folder or a device, or has no name that a file can have.
 pub fn check_name(options: &BuildOptions) -> Result<()> {
     let name = options.output.to_string_lossy();
     let refuse =
@@ -28,7 +28,7 @@ pub fn check_name(options: &BuildOptions) -> Result<()> {
         ));
     }
 
-    // Of names that end so the system knows only after the pages were made that they are no files.
+    // The system would refuse such names only after all pages were made.
     let last = name.rsplit(std::path::is_separator).next().unwrap_or_default();
     if ["", ".", ".."].contains(&last) {
         return refuse(format!("{name} is a folder"));
@@ -63,7 +63,7 @@ pub fn check_name(options: &BuildOptions) -> Result<()> {
 /// Refuses an output that must not be written, before any work is done.
 ///
 /// # Errors
-/// Those of [`check_name`]; it exists and may not be replaced, or lies where nothing can be written.
+/// The name is refused by [`check_name`]; a file exists there and may not be replaced, or nothing can be written there.
 pub fn check_output(options: &BuildOptions) -> Result<()> {
     check_name(options)?;
     PageWriter::check_target(&options.output, options.overwrite)?;

@@ -1,18 +1,18 @@
 //! One build, from inputs to a finished database.
 //!
 //! ```text
-//! open      heads of all files: what do their coordinates and heights mean?          inputs
-//! plan      reference system, spacing, grid; stored pages: all, or those near routes  plan, corridor
-//! survey    sources in the grid; every height once, for the code and for wide voids   scan, cloud
-//! raise     features and objects bound to the ground                                  feature_solids, object
-//! write     each page of level 1, in parallel, in the order of the file:              writing
-//!               taken over if it was made of the same before, or else made            build_cache, page
-//!                   locate its voxels in each raster                                  warp
-//!                   merge elevation by priority, fill voids                           kernel, mosaic, void_fill
-//!                   drape imagery, tint what it leaves bare                           drape, tint
-//!           each page of coarser levels: from the 16 below it, as far as these are stored,
-//!               else straight from the rasters
-//! publish   metadata, header, name; or pages that were made go into the file that has the name
+//! open      heads of all files: what do their coordinates and heights mean?             inputs
+//! plan      reference system, spacing, grid; stored pages: all, or those near routes    plan, corridor
+//! survey    sources in the grid; every height once, for the code and for wide voids     elevation_survey, cloud
+//! raise     features and objects bound to the ground                                    feature_solids, object
+//! write     each page of level 1, in parallel, in the order of the file:                writing
+//!               taken over if it was made of the same before, or else made              build_cache, page
+//!                   locate its voxels in each raster                                    warp
+//!                   merge elevation by priority, fill voids                             kernel, mosaic, void_fill
+//!                   drape imagery, tint what it leaves bare                             drape, tint
+//!           each page of coarser levels: of the 16 below it, as far as they are stored,
+//!               or else straight from the rasters                                       page
+//! publish   metadata, header, name; or new pages go into the file that has the name     build_cache
 //! ```
 //!
 //! Every sample is a function of its place in the grid and of the inputs, so two builds agree byte by byte,

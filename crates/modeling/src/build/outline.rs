@@ -31,7 +31,8 @@ pub struct Outline {
 /// Finds out what a build would make, from the heads of its files: no height is read.
 ///
 /// # Errors
-/// Those of [`build`](super::build()) that show before heights are read.
+/// An input cannot be opened, read or placed, or the area has no grid: what [`build`](super::build()) refuses before it
+/// reads heights.
 pub fn outline(options: &BuildOptions) -> Result<Outline> {
     let budget = Budget::of(options)?;
     let inputs = inputs::open_all(options, budget.cache, &Silent)?;
@@ -40,7 +41,7 @@ pub fn outline(options: &BuildOptions) -> Result<Outline> {
     let reaches =
         inputs.elevation.iter().map(|raster| Ok(raster.place(&plan)?.1)).collect::<Result<Vec<_>>>()?;
     let sparse = sparse_note(&reaches, &plan).filter(|_| !options.synthetic.has_base());
-    // What stands on the ground is not counted, but may be anywhere.
+    // Features and objects may stand anywhere, but their bytes are not known yet.
     let reach = Reach::of(&inputs, &plan, options)?;
     let most_bytes =
         DiskSpace { plan: &plan, output: &options.output, builds: false, reach: &reach }.most_bytes();
