@@ -56,7 +56,7 @@ impl RaisedBuild {
     ) -> Result<Self> {
         let StandingInputs { features, objects, scatters } = standing;
         let BuildJob { options, budget, observer } = *job;
-        let (plan, high) = (&planned.plan, surveyed.high);
+        let (plan, high) = (&planned.plan, surveyed.heights.high);
         let nothing = SharedObjects::default();
         let natural = surveyed.natural(planned, job, &nothing);
 
@@ -66,8 +66,8 @@ impl RaisedBuild {
             record.notes(notes);
             let cache = planned.traced().map(|(cache, keys)| (cache, keys.ground()));
             let ground = || PageMaker::new(&natural);
-            feature_solids =
-                Some(FeatureSolids::new(features, ground, high, cache, budget.threads, observer)?);
+            let bound = FeatureSolids::new(features, ground, high, cache, budget.threads, observer)?;
+            feature_solids = Some(bound);
         }
 
         let mut placed_objects = None;
@@ -78,25 +78,27 @@ impl RaisedBuild {
             record.notes(notes);
             placed_objects = Some(placed);
         }
-        let mut objects = placed_objects;
 
         // One code for the heights of all.
-        let tops =
-            objects.as_ref().map_or(high, |objects| feature_solids::with_room(high, objects.highest()));
+        let tops = placed_objects
+            .as_ref()
+            .map_or(high, |objects| feature_solids::with_room(high, objects.highest()));
         let high = feature_solids.as_ref().map_or(high, |feature_solids| feature_solids.highest(high));
         let high = surveyed.cloud_solids.as_ref().map_or(high, |cloud_solids| cloud_solids.highest(high));
-        let code = HeightCode::spanning(surveyed.low, high.max(tops));
-        record.notes(warnings::coarse_steps(HeightCode::spanning(surveyed.low, high), code));
+        let low = surveyed.heights.low;
+        let code = HeightCode::spanning(low, high.max(tops));
+        record.notes(warnings::coarse_steps(HeightCode::spanning(low, high), code));
 
         // Shapes that stand more than once are stored once.
         let mut collection = Collection::new(plan.grid, code, &options.materials);
         if let Some(feature_solids) = &mut feature_solids {
             feature_solids.share(plan.grid.spacing, &mut collection);
         }
-        if let Some(objects) = &mut objects {
+        if let Some(objects) = &mut placed_objects {
             objects.share(&plan.grid, &mut collection);
         }
-        Ok(Self { feature_solids, objects, shared: Arc::new(collection.into_shared()), code })
+        let shared = Arc::new(collection.into_shared());
+        Ok(Self { feature_solids, objects: placed_objects, shared, code })
     }
 
     /// Returns the project that all pages are made from.

@@ -19,7 +19,7 @@ use crate::synthetic::Roughness;
 use crate::tint::Tint;
 use crate::warp::Rect;
 use crate::{elevation_survey, sources};
-use hedgehop::voxel::{Grid, HeightCode, SharedObjects};
+use hedgehop::voxel::{Grid, HeightCode, HeightRange, SharedObjects};
 use hedgehop_base::error::{Error, Result};
 use hedgehop_geo::VerticalDatum;
 
@@ -32,9 +32,8 @@ pub(super) struct SurveyedBuild {
     pub cloud_solids: Option<CloudSolids>,
     /// Colours of ground without imagery.
     pub tint: Tint,
-    /// Lowest and highest natural ground, metres above the database's datum.
-    pub low: f64,
-    pub high: f64,
+    /// Heights of the natural ground, metres above the database's datum.
+    pub heights: HeightRange,
     surveys: Vec<Survey>,
 }
 
@@ -82,9 +81,9 @@ impl SurveyedBuild {
         record.notes(rough.into_iter().filter(|_| measure));
         record.notes(surveys.iter().flat_map(|survey| survey.notes.iter().cloned()));
 
-        let (low, high) = height_span(&elevation, &surveys, options, &plan.grid)?;
-        let tint = Tint::new(low, high, !plan.crs.is_local());
-        Ok(Self { elevation, imagery, land_cover, cloud_solids, tint, low, high, surveys })
+        let heights = height_range(&elevation, &surveys, options, &plan.grid)?;
+        let tint = Tint::new(heights.low, heights.high, !plan.crs.is_local());
+        Ok(Self { elevation, imagery, land_cover, cloud_solids, tint, heights, surveys })
     }
 
     /// Returns the project of natural ground, without anything that stands on it.
@@ -98,7 +97,7 @@ impl SurveyedBuild {
         Project {
             grid: planned.plan.grid,
             stored: &planned.plan.stored,
-            code: HeightCode::spanning(self.low, self.high),
+            code: HeightCode::spanning(self.heights.low, self.heights.high),
             tint: self.tint,
             fill: options.nodata_fill,
             elevation: &self.elevation,
@@ -162,13 +161,13 @@ fn outsiders(paths: &[PathBuf], imagery: &[ImageryInput], grid: &Grid) -> Vec<St
         .collect()
 }
 
-/// Heights that the code must hold, metres above the database's datum.
-fn height_span(
+/// Returns the heights that the code must hold, metres above the database's datum.
+fn height_range(
     elevation: &[ElevationInput],
     surveys: &[Survey],
     options: &BuildOptions,
     grid: &Grid,
-) -> Result<(f64, f64)> {
+) -> Result<HeightRange> {
     let filled = match options.nodata_fill {
         NodataFill::Value(height) if !height.is_finite() => {
             return Err(Error::Configuration(format!("--nodata-fill {height} is no height in metres")));
@@ -184,9 +183,10 @@ fn height_span(
     });
     let natural = sampled.chain(filled).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
 
-    options.synthetic.heights(natural, grid).ok_or_else(|| {
+    let (low, high) = options.synthetic.heights(natural, grid).ok_or_else(|| {
         Error::Configuration(
             "no elevation file has a single height in the area; look at their nodata value, --nodata and --bbox".into(),
         )
-    })
+    })?;
+    Ok(HeightRange { low, high })
 }

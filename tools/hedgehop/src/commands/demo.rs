@@ -146,6 +146,20 @@ pub fn run(args: &DemoArgs, interrupt: &Interrupt) -> Outcome {
 /// The flight as `hedgehop render` would fly it.
 fn flight(folder: &Path, area: &Path) -> Result<render::RenderArgs> {
     let film = folder.join("valley.mp4");
+    let flight = FlightArgs {
+        path: Some(folder.join(PATH)),
+        eye: None,
+        eye_lonlat: false,
+        ypr: None,
+        alt_mode: None,
+        level: false,
+        tracks: TrackArgs::default(),
+        clearance: None,
+        allow_below_ground: false,
+        screen: ScreenArgs { hfov: Some(HFOV), size: Some(SIZE), ..ScreenArgs::default() },
+        world: WorldArgs::default(),
+    };
+
     Ok(render::RenderArgs {
         area: area.to_owned(),
         output: FramePattern::parse(&folder.join("frames").join("####.png").to_string_lossy())?,
@@ -164,19 +178,7 @@ fn flight(folder: &Path, area: &Path) -> Result<render::RenderArgs> {
         aov: AovArgs::default(),
         trust: TrustArgs::default(),
         instructions: Instructions::default(),
-        flight: FlightArgs {
-            path: Some(folder.join(PATH)),
-            eye: None,
-            eye_lonlat: false,
-            ypr: None,
-            alt_mode: None,
-            level: false,
-            tracks: TrackArgs::default(),
-            clearance: None,
-            allow_below_ground: false,
-            screen: ScreenArgs { hfov: Some(HFOV), size: Some(SIZE), ..ScreenArgs::default() },
-            world: WorldArgs::default(),
-        },
+        flight,
         look: LookArgs { surface: Surface::Smooth, visibility: None, sun: None, shadows: None, detail: 1.0 },
         scene: SceneArgs::default(),
         finish: FinishArgs::default(),

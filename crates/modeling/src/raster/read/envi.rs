@@ -13,7 +13,6 @@ use crate::raster::header_fields::TextFields;
 use crate::raster::raw::{RawRaster, RowStarts, SamplePlacement};
 use crate::raster::sample::ByteOrder;
 use crate::raster::{GeoTransform, Raster, RasterInfo, SampleType, georeference, nodata, side_files};
-use hedgehop_base::Size;
 use hedgehop_base::error::{Error, Result};
 use hedgehop_geo::Crs;
 
@@ -25,7 +24,6 @@ pub(in crate::raster) fn open(file: InputFile, header: &Path, text: &str) -> Res
     let sample = sample(&fields)?;
     let order =
         if fields.whole("byte order")?.unwrap_or(0) == 0 { ByteOrder::Little } else { ByteOrder::Big };
-    let placement = placement(&fields, Size { width, height }, bands, sample.bytes() as u64, order)?;
     let nodata = match fields.text("data ignore value") {
         Some(text) => nodata::parse(text, sample).map_err(|text| fields.wrong("data ignore value", &text))?,
         None => None,
@@ -40,6 +38,7 @@ pub(in crate::raster) fn open(file: InputFile, header: &Path, text: &str) -> Res
         nodata,
         ..RasterInfo::blank(file.path(), "ENVI")
     };
+    let placement = placement(&fields, &info, order)?;
 
     set_crs(&fields, &mut info)?;
     side_files::complete(&mut info)?;
@@ -84,24 +83,20 @@ fn sample(fields: &TextFields<'_>) -> Result<SampleType> {
     }
 }
 
-fn placement(
-    fields: &TextFields<'_>,
-    size: Size,
-    bands: u32,
-    sample_bytes: u64,
-    order: ByteOrder,
-) -> Result<SamplePlacement> {
+/// Returns where the samples of a raster lie, of which size, bands and type are known.
+fn placement(fields: &TextFields<'_>, info: &RasterInfo, order: ByteOrder) -> Result<SamplePlacement> {
+    let (bands, sample_bytes) = (u64::from(info.bands), info.sample.bytes() as u64);
     let first = fields.whole("header offset")?.map_or(0, u64::from);
-    let row = u64::from(size.width) * sample_bytes;
+    let row = u64::from(info.width) * sample_bytes;
     let huge = || Error::invalid(fields.path, "states a size that exceeds 64 bits");
-    let all_bands = row.checked_mul(u64::from(bands)).ok_or_else(huge)?;
+    let all_bands = row.checked_mul(bands).ok_or_else(huge)?;
     let (row_bytes, pixel_bytes, band_bytes) =
         match fields.text("interleave").map(str::to_ascii_lowercase).as_deref() {
             None | Some("bsq") => {
-                (row, sample_bytes, row.checked_mul(u64::from(size.height)).ok_or_else(huge)?)
+                (row, sample_bytes, row.checked_mul(u64::from(info.height)).ok_or_else(huge)?)
             }
             Some("bil") => (all_bands, sample_bytes, row),
-            Some("bip") => (all_bands, sample_bytes * u64::from(bands), sample_bytes),
+            Some("bip") => (all_bands, sample_bytes * bands, sample_bytes),
             Some(other) => return Err(fields.wrong("interleave", other)),
         };
     Ok(SamplePlacement { rows: RowStarts::Even { first, row_bytes }, pixel_bytes, band_bytes, order })

@@ -11,7 +11,6 @@ use crate::raster::header_fields::TextFields;
 use crate::raster::raw::{RawRaster, RowStarts, SamplePlacement};
 use crate::raster::sample::ByteOrder;
 use crate::raster::{GeoTransform, Raster, RasterInfo, SampleType, georeference, nodata, side_files};
-use hedgehop_base::Size;
 use hedgehop_base::error::{Error, Result};
 
 /// Opens the samples in `file` that the text of `header` describes.
@@ -26,7 +25,6 @@ pub(in crate::raster) fn open(file: InputFile, header: &Path, text: &str) -> Res
         Some("m" | "msbfirst") => ByteOrder::Big,
         Some(other) => return Err(fields.wrong("byteorder", other)),
     };
-    let placement = placement(&fields, Size { width, height }, bands, sample.bytes() as u64, order)?;
     let nodata = match fields.text("nodata").or_else(|| fields.text("nodata_value")) {
         Some(text) => nodata::parse(text, sample).map_err(|text| fields.wrong("nodata", &text))?,
         None => None,
@@ -41,6 +39,7 @@ pub(in crate::raster) fn open(file: InputFile, header: &Path, text: &str) -> Res
         nodata,
         ..RasterInfo::blank(file.path(), if float { "GridFloat" } else { "Esri raw raster" })
     };
+    let placement = placement(&fields, &info, order)?;
 
     side_files::complete(&mut info)?;
     Ok(Box::new(RawRaster::new(file, info, placement)?))
@@ -75,15 +74,11 @@ fn sample(fields: &TextFields<'_>, float: bool) -> Result<SampleType> {
     }
 }
 
-fn placement(
-    fields: &TextFields<'_>,
-    size: Size,
-    bands: u32,
-    sample_bytes: u64,
-    order: ByteOrder,
-) -> Result<SamplePlacement> {
+/// Returns where the samples of a raster lie, of which size, bands and type are known.
+fn placement(fields: &TextFields<'_>, info: &RasterInfo, order: ByteOrder) -> Result<SamplePlacement> {
+    let (bands, sample_bytes) = (u64::from(info.bands), info.sample.bytes() as u64);
     let first = fields.whole("skipbytes")?.map_or(0, u64::from);
-    let (width, height) = (u64::from(size.width), u64::from(size.height));
+    let (width, height) = (u64::from(info.width), u64::from(info.height));
     let row = width * sample_bytes;
     let total = |default: Option<u64>| match fields.whole("totalrowbytes")? {
         Some(bytes) => Ok(u64::from(bytes)),
@@ -93,11 +88,9 @@ fn placement(
     let (row_bytes, pixel_bytes, band_bytes) = match fields.text("layout") {
         None | Some("bil") => {
             let band = fields.whole("bandrowbytes")?.map_or(row, u64::from);
-            (total(band.checked_mul(u64::from(bands)))?, sample_bytes, band)
+            (total(band.checked_mul(bands))?, sample_bytes, band)
         }
-        Some("bip") => {
-            (total(row.checked_mul(u64::from(bands)))?, sample_bytes * u64::from(bands), sample_bytes)
-        }
+        Some("bip") => (total(row.checked_mul(bands))?, sample_bytes * bands, sample_bytes),
         Some("bsq") => {
             let gap = fields.whole("bandgapbytes")?.map_or(0, u64::from);
             let band = row.checked_mul(height).and_then(|band| band.checked_add(gap));
