@@ -65,8 +65,8 @@ impl Pixels<'_> {
             Self::Linear(colour) => {
                 let mut parts = [[0.0; LANES]; 3];
                 for (lane, pixel) in colour[pixels].iter().enumerate() {
-                    for (part, value) in parts.iter_mut().zip(pixel) {
-                        part[lane] = *value;
+                    for (channel, part) in parts.iter_mut().enumerate() {
+                        part[lane] = pixel[channel];
                     }
                 }
                 [simd.load(&parts[0]), simd.load(&parts[1]), simd.load(&parts[2])]
@@ -105,8 +105,8 @@ pub(crate) fn put_rgb<V: Simd>(simd: V, [red, green, blue]: [V::F; 3], units: [f
 #[inline(always)]
 pub(crate) fn put_light<V: Simd>(simd: V, light: [V::F; 3], units: [f32; 3], target: &mut [[f32; 3]]) {
     let mut lanes = [Sixteen::default(); 3];
-    for ((lanes, light), unit) in lanes.iter_mut().zip(light).zip(units) {
-        (light * simd.splat(unit)).store(&mut lanes.0);
+    for (channel, lanes) in lanes.iter_mut().enumerate() {
+        (light[channel] * simd.splat(units[channel])).store(&mut lanes.0);
     }
     for (lane, pixel) in target.iter_mut().enumerate() {
         *pixel = [lanes[0].0[lane], lanes[1].0[lane], lanes[2].0[lane]];

@@ -10,7 +10,7 @@ use glam::{DVec2, Vec2, Vec3};
 
 use super::SQUARE;
 use crate::simd::math::exp_neg;
-use crate::simd::{Floats, LANES, Simd, Sixteen};
+use crate::simd::{Each, Floats, LANES, Simd, Sixteen};
 
 /// Parts of a square's rows, each of [`LANES`] pixels.
 pub const PARTS: usize = SQUARE / LANES;
@@ -92,7 +92,7 @@ impl Glint {
     #[inline(always)]
     pub fn add<V: Simd>(&self, simd: V, glow: &mut GlowSums) {
         let place = self.position - Vec2::new(glow.corner[0] as f32, glow.corner[1] as f32);
-        let [columns, rows] = [place.x, place.y].map(|at| {
+        let [columns, rows] = [place.x, place.y].each(|at| {
             // A float converts saturating.
             let (from, to) = ((at - self.reach).floor() as usize, (at + self.reach).ceil() as usize);
             from..to.min(SQUARE)

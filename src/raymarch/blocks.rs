@@ -3,6 +3,7 @@
 //! What stands on a block is put together from the spans of its page and the objects that are placed there. Neighbours pass through the
 //! same blocks one after the other, so that this is seldom done twice. How high a block reaches is known without it.
 
+use crate::simd::Each;
 use crate::voxel::{
     BARE, BLOCK_SIDE, BlockSpans, PAGE_SIDE, PageId, PageSource, SharedObjects, SpanTable, SpansView,
 };
@@ -36,7 +37,7 @@ pub(super) struct Blocks<'a> {
 /// Column and row of a block's south-west voxel on its page.
 #[inline(always)]
 pub(super) fn corner_on_page(block: [i64; 2]) -> [u32; 2] {
-    block.map(|at| (at * i64::from(BLOCK_SIDE) % i64::from(PAGE_SIDE)) as u32)
+    block.each(|at| (at * i64::from(BLOCK_SIDE) % i64::from(PAGE_SIDE)) as u32)
 }
 
 impl<'a> Blocks<'a> {
@@ -59,7 +60,7 @@ impl<'a> Blocks<'a> {
     /// A page that is damaged.
     #[inline]
     pub fn page(&mut self, block: [i64; 2]) -> Result<(PageId, SpansView<'a>)> {
-        let [px, py] = block.map(|at| (at / i64::from(PAGE_SIDE / BLOCK_SIDE)) as u32);
+        let [px, py] = block.each(|at| (at / i64::from(PAGE_SIDE / BLOCK_SIDE)) as u32);
         let id = PageId { level: BARE, px, py };
         if let Some((known, view)) = self.page
             && known == id

@@ -1,5 +1,6 @@
 //! Light of what stands on the ground: faces of spans.
 
+use crate::simd::Each;
 use std::sync::Arc;
 
 use glam::{Vec2, Vec3};
@@ -57,14 +58,14 @@ impl Facets {
     }
 
     fn light(&self, span: &Span, facet: FaceDirection, sun: f32) -> Vec3 {
-        let albedo = |colour: [u8; 3]| Vec3::from_array(colour.map(|code| self.albedo[usize::from(code)]));
+        let albedo = |colour: [u8; 3]| Vec3::from_array(colour.each(|code| self.albedo[usize::from(code)]));
         match facet {
             FaceDirection::Side(facing) => {
                 let [shaded, direct] = self.walls[usize::from(facing)];
                 albedo(span.side) * (shaded + direct * sun)
             }
             FaceDirection::Top(slope) => {
-                let [east, north] = slope.map(|slope| f32::from(slope) / Span::SLOPE_STEPS);
+                let [east, north] = slope.each(|slope| f32::from(slope) / Span::SLOPE_STEPS);
                 let normal = Vec3::new(-east, -north, 1.0).normalize();
                 let albedo = self.sensor.snowed_on(normal, albedo(span.top));
                 albedo * self.sensor.daylight().on_body(normal, sun)
@@ -83,7 +84,7 @@ impl ShadedFacets<'_> {
             self.latest = Some((surface, shades.page(self.source, surface).ok().flatten()));
         }
         let shade = self.latest.as_ref().and_then(|(_, shade)| shade.as_ref());
-        shade.map_or(1.0, |shade| shade.about(voxel.map(|at| at as usize + SHADE_APRON as usize)))
+        shade.map_or(1.0, |shade| shade.about(voxel.each(|at| at as usize + SHADE_APRON as usize)))
     }
 }
 

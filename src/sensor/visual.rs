@@ -55,7 +55,8 @@ impl VisualSensor {
         let holds = (upward - simd.splat(HOLDS[0])) * simd.splat(1.0 / (HOLDS[1] - HOLDS[0]));
         let share = holds.max(zero).min(one) * simd.splat(self.cover.snow as f32);
         let mut covered = bare;
-        for (covered, snow) in covered.iter_mut().zip(SNOW) {
+        for (channel, covered) in covered.iter_mut().enumerate() {
+            let snow = SNOW[channel];
             *covered = (simd.splat(snow) - *covered).mul_add(share, *covered);
         }
         covered

@@ -32,16 +32,6 @@ impl Avx2 {
             && is_x86_feature_detected!("bmi2");
         has.then_some(Self(()))
     }
-
-    /// Runs a kernel that is compiled for the set.
-    pub fn call<K: Kernel>(self, kernel: K) -> K::Output {
-        #[target_feature(enable = "avx2,fma,bmi1,bmi2")]
-        fn inner<K: Kernel>(token: Avx2, kernel: K) -> K::Output {
-            kernel.run(token)
-        }
-        // SAFETY: the token proves the features.
-        unsafe { inner(self, kernel) }
-    }
 }
 
 /// An intrinsic on lanes.
@@ -200,6 +190,15 @@ impl Simd for Avx2 {
     type I = I;
     type M = M;
 
+    #[inline]
+    fn call<K: Kernel>(self, kernel: K) -> K::Output {
+        #[target_feature(enable = "avx2,fma,bmi1,bmi2")]
+        fn inner<K: Kernel>(token: Avx2, kernel: K) -> K::Output {
+            kernel.run(token)
+        }
+        // SAFETY: the token proves the features.
+        unsafe { inner(self, kernel) }
+    }
     #[inline(always)]
     fn splat(self, value: f32) -> F {
         constant(value)
@@ -295,7 +294,7 @@ impl Simd for Avx2 {
             let triples = _mm_setr_epi8(0, 1, 2, 4, 5, 6, 8, 9, 10, 12, 13, 14, -1, -1, -1, -1);
             let order = _mm256_setr_epi32(0, 1, 2, 4, 5, 6, 3, 7);
             let six = _mm256_setr_epi32(-1, -1, -1, -1, -1, -1, 0, 0);
-            for (half, part) in [values.0, values.1].into_iter().enumerate() {
+            for (half, &part) in [values.0, values.1].iter().enumerate() {
                 let quarters = _mm256_shuffle_epi8(part, _mm256_broadcastsi128_si256(triples));
                 let together = _mm256_permutevar8x32_epi32(quarters, order);
                 _mm256_maskstore_epi32(target.as_mut_ptr().add(24 * half).cast(), six, together);

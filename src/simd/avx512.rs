@@ -36,16 +36,6 @@ impl Avx512 {
             && is_x86_feature_detected!("bmi2");
         has.then_some(Self(()))
     }
-
-    /// Runs a kernel that is compiled for the set.
-    pub fn call<K: Kernel>(self, kernel: K) -> K::Output {
-        #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,fma,bmi1,bmi2")]
-        fn inner<K: Kernel>(token: Avx512, kernel: K) -> K::Output {
-            kernel.run(token)
-        }
-        // SAFETY: the token proves the features.
-        unsafe { inner(self, kernel) }
-    }
 }
 
 /// An intrinsic on lanes.
@@ -111,6 +101,15 @@ impl Simd for Avx512 {
     type I = I;
     type M = M;
 
+    #[inline]
+    fn call<K: Kernel>(self, kernel: K) -> K::Output {
+        #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,fma,bmi1,bmi2")]
+        fn inner<K: Kernel>(token: Avx512, kernel: K) -> K::Output {
+            kernel.run(token)
+        }
+        // SAFETY: the token proves the features.
+        unsafe { inner(self, kernel) }
+    }
     #[inline(always)]
     fn splat(self, value: f32) -> F {
         F(lanes!(_mm512_set1_ps(value)))

@@ -6,9 +6,24 @@ use std::ops::{Add, BitAnd, BitOr, Div, Mul, Not, Sub};
 pub const LANES: usize = 16;
 
 /// Sixteen f32 in memory, in one cache line: lanes that straddle two take twice as long.
-#[derive(Debug, Clone, Copy, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C, align(64))]
 pub struct Sixteen(pub [f32; LANES]);
+
+impl Default for Sixteen {
+    #[inline(always)]
+    fn default() -> Self {
+        Self([0.0; LANES])
+    }
+}
+
+/// Work that is written for any instruction set.
+pub trait Kernel {
+    /// Type of the result.
+    type Output;
+    /// Does it. Implementations are `#[inline(always)]`, or the set's instructions are not used.
+    fn run<S: Simd>(self, simd: S) -> Self::Output;
+}
 
 /// An instruction set: makes lanes, and reads memory into them.
 pub trait Simd: Copy {
@@ -18,6 +33,12 @@ pub trait Simd: Copy {
     type I: Ints<F = Self::F, M = Self::M>;
     /// Sixteen yes or no.
     type M: Mask;
+
+    /// Runs a kernel as a function of its own that is compiled for the set.
+    ///
+    /// Whatever is large and needed in several places goes through here, and whatever is rare: inlined, each place has a copy
+    /// that takes seconds to compile; as an ordinary function it lacks the set's instructions, and every operator is a call.
+    fn call<K: Kernel>(self, kernel: K) -> K::Output;
 
     /// All lanes the same.
     fn splat(self, value: f32) -> Self::F;

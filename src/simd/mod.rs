@@ -14,7 +14,7 @@
 //! Gathers never wait for a mask: one that is gated by the last comparison is several times slower than
 //! one of all lanes whose result is masked. Their indices are clamped into the slice instead.
 
-mod kernel;
+mod each;
 mod lanes;
 #[doc(hidden)]
 pub mod math;
@@ -28,10 +28,9 @@ mod avx512;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use each::Each;
 #[doc(hidden)]
-pub use kernel::Kernel;
-#[doc(hidden)]
-pub use lanes::{Floats, Ints, LANES, Mask, Simd, Sixteen};
+pub use lanes::{Floats, Ints, Kernel, LANES, Mask, Simd, Sixteen};
 #[doc(hidden)]
 pub use portable::Portable;
 #[doc(hidden)]
@@ -89,7 +88,7 @@ impl Isa {
     #[inline]
     pub fn run<K: Kernel>(self, kernel: K) -> K::Output {
         match self.0 {
-            Set::Portable => kernel.run(Portable),
+            Set::Portable => Portable.call(kernel),
             #[cfg(target_arch = "x86_64")]
             Set::Avx2(token) => token.call(kernel),
             #[cfg(target_arch = "x86_64")]

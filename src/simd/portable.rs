@@ -2,7 +2,7 @@
 
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Not, Sub};
 
-use super::{Floats, Ints, LANES, Mask, Simd};
+use super::{Floats, Ints, Kernel, LANES, Mask, Simd};
 
 /// Any processor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -119,6 +119,10 @@ impl Simd for Portable {
     type I = I;
     type M = M;
 
+    #[inline(never)]
+    fn call<K: Kernel>(self, kernel: K) -> K::Output {
+        kernel.run(self)
+    }
     #[inline(always)]
     fn splat(self, value: f32) -> F {
         F([value; LANES])

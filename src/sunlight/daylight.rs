@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::sun::seen_through;
 use super::{Sun, illuminance};
-use crate::simd::{Floats, Simd};
+use crate::simd::{Each, Floats, Simd};
 use hedgehop_base::colour::LUMINANCE;
 
 /// Share of the light on level ground that comes from the sky by day, at least.
@@ -73,7 +73,7 @@ impl Daylight {
     pub fn on_slopes<V: Simd>(&self, simd: V, [eastward, northward]: [V::F; 2], sun: V::F) -> [V::F; 2] {
         let one = simd.splat(1.0);
         let upward = one / (eastward * eastward + northward * northward + one).sqrt();
-        let [east, north, up] = self.to_sun.to_array().map(|part| simd.splat(part));
+        let [east, north, up] = self.to_sun.to_array().each(|part| simd.splat(part));
         // Of the normal's upward part, like all that is multiplied by it.
         let direct = (up - eastward * east - northward * north).max(simd.splat(0.0));
         let sky = simd.splat(0.5 * self.sky);

@@ -6,6 +6,7 @@
 //! ```
 
 use super::{BLOCK_SIDE, Placement, SharedObject, SharedObjects, Span, SpansView};
+use crate::simd::Each;
 
 /// More spans than this over a block are taken for damage, and read as nothing.
 const MOST: u32 = 1 << 22;
@@ -37,7 +38,7 @@ impl BlockSpans {
         [x, y]: [u32; 2],
         rise: f64,
     ) -> bool {
-        let corner = [x, y].map(|at| at / BLOCK_SIDE * BLOCK_SIDE);
+        let corner = [x, y].each(|at| at / BLOCK_SIDE * BLOCK_SIDE);
         let (block, placements) = (page.block(x, y), page.placements_at(x, y));
         let own = |voxel: usize| {
             page.of(&block, corner[0] + voxel as u32 % BLOCK_SIDE, corner[1] + voxel as u32 / BLOCK_SIDE)

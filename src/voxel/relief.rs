@@ -14,7 +14,7 @@
 //!
 //! The correction, not the mean, is what is rounded: on smooth ground it vanishes, and no contour lines show.
 
-use crate::simd::{Floats, Ints, LANES, Simd};
+use crate::simd::{Each, Floats, Ints, LANES, Simd};
 
 /// Steps of a correction per unit of slope.
 const CORRECTION_STEPS: f32 = 128.0;
@@ -153,7 +153,7 @@ pub fn half_steps(here: u16, behind: u16, ahead: u16) -> i32 {
 #[inline(always)]
 pub fn half_steps_of<V: Simd>(simd: V, here: V::I, behind: V::I, ahead: V::I) -> V::I {
     let empty = simd.splat_int(i32::from(super::HeightCode::EMPTY));
-    let beside = [behind, ahead].map(|code| code.eq(empty));
+    let beside = [behind, ahead].each(|code| code.eq(empty));
     let rise = here.select(beside[1], ahead) - here.select(beside[0], behind);
     let rise = (rise + rise).select(beside[0] | beside[1], rise);
     simd.splat_int(0).select(here.eq(empty), rise)

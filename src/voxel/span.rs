@@ -20,6 +20,7 @@
 //! hipped roof where its ridge is shorter than a voxel.
 
 use super::Cut;
+use crate::simd::Each;
 
 /// A solid over one voxel of level 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, bytemuck::Pod, bytemuck::Zeroable)]
@@ -96,7 +97,7 @@ impl Span {
 
     /// Slope of the upper end, eastward and northward, rise over run.
     pub fn slopes(&self) -> [f32; 2] {
-        self.slope.map(|slope| f32::from(slope) / Self::SLOPE_STEPS)
+        self.slope.each(|slope| f32::from(slope) / Self::SLOPE_STEPS)
     }
 
     /// Lists its walls: normals (east, north) and their distances from the voxel's centre, sides of the voxel; none where it fills the voxel.

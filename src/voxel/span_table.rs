@@ -10,6 +10,7 @@
 //! counting bits (Jacobson, "Space-efficient static trees and graphs", 1989). Objects that are [placed](super::Placement) on the
 //! page are listed by each block that they reach; [`super::BlockSpans`] has their spans as well.
 
+use crate::simd::Each;
 use std::ops::Range;
 
 use super::format::{PLANE_ALIGNMENT, spans as at};
@@ -272,7 +273,7 @@ impl<'a> SpansView<'a> {
         let voxels = at::VOXELS.u32(head);
         let across = width.div_ceil(BLOCK_SIDE);
         let block_count = across as usize * height.div_ceil(BLOCK_SIDE) as usize;
-        let counts = [voxels, at::SPANS.u32(head), at::PLACEMENTS.u32(head)].map(|count| count as usize);
+        let counts = [voxels, at::SPANS.u32(head), at::PLACEMENTS.u32(head)].each(|count| count as usize);
         let Layout { blocks, starts, spans, placed, placements, end } = layout(block_count, counts);
         if voxels > width * height
             || end != bytes.len()
@@ -329,11 +330,11 @@ impl<'a> SpansView<'a> {
     /// Height code that nothing rises above in `count` × `count` blocks, of which that of voxel (x, y) is the south-west one; 0 where nothing stands.
     #[inline]
     pub fn highest(&self, x: u32, y: u32, count: u32) -> u16 {
-        let [column, row] = [x, y].map(|at| at / BLOCK_SIDE);
+        let [column, row] = [x, y].each(|at| at / BLOCK_SIDE);
         let columns = column..(column + count).min(self.blocks_across);
         let rows = (row..row + count).map_while(|row| {
             let [from, to] =
-                [columns.start, columns.end].map(|column| (row * self.blocks_across + column) as usize);
+                [columns.start, columns.end].each(|column| (row * self.blocks_across + column) as usize);
             self.blocks.get(from..to)
         });
         rows.flatten().map(|block| block.high).max().unwrap_or(0)
@@ -407,7 +408,7 @@ impl<'a> SpansView<'a> {
             }
 
             let corner = [index as u32 % self.blocks_across, index as u32 / self.blocks_across]
-                .map(|at| at * BLOCK_SIDE);
+                .each(|at| at * BLOCK_SIDE);
             let placements = self.placements_of(index);
             for &placement in placements {
                 let Some(object) = objects.get(placement) else {

@@ -118,7 +118,8 @@ impl AtmosphereLanes {
     pub fn face(&mut self, group: &PlaneGroup) {
         if let Some(FogAndGlow { glow: Some(glow), sunward, .. }) = &mut self.fog_and_glow {
             let sun = [glow.to_sun.x, glow.to_sun.y];
-            for (sunward, minor) in sunward.0.iter_mut().zip(group.minor) {
+            for (channel, sunward) in sunward.0.iter_mut().enumerate() {
+                let minor = group.minor[channel];
                 let ahead = group.forward as f32;
                 let along = ahead * sun[group.major] + minor * sun[1 - group.major];
                 *sunward = along / minor.hypot(ahead);
@@ -176,15 +177,17 @@ impl AtmosphereLanes {
     ) -> [V::F; 3] {
         if FOG_OR_GLOW && let Some(fog_and_glow) = &self.fog_and_glow {
             let mut light = radiance;
-            for (light, unit) in light.iter_mut().zip(UNITS) {
+            for (channel, light) in light.iter_mut().enumerate() {
+                let unit = UNITS[channel];
                 *light = *light * simd.splat(unit);
             }
             return self.over_with(simd, fog_and_glow, light, range, rise);
         }
         let through = self.through(simd, range, rise);
         let mut seen = radiance;
-        for ((seen, haze), unit) in seen.iter_mut().zip(HAZE_COLOUR.to_array()).zip(UNITS) {
-            let more = seen.mul_add(simd.splat(unit), simd.splat(-haze));
+        for (channel, seen) in seen.iter_mut().enumerate() {
+            let haze = HAZE_COLOUR.to_array()[channel];
+            let more = seen.mul_add(simd.splat(UNITS[channel]), simd.splat(-haze));
             *seen = more.mul_add(through, simd.splat(haze));
         }
         seen
@@ -204,9 +207,8 @@ impl AtmosphereLanes {
             return self.sky_with(simd, fog_and_glow, clear, toward);
         }
         let mut seen = [clear; 3];
-        for (seen, (horizon, zenith)) in
-            seen.iter_mut().zip(HORIZON.to_array().into_iter().zip(ZENITH.to_array()))
-        {
+        for (channel, seen) in seen.iter_mut().enumerate() {
+            let (horizon, zenith) = (HORIZON.to_array()[channel], ZENITH.to_array()[channel]);
             *seen = clear.mul_add(simd.splat(zenith - horizon), simd.splat(horizon));
         }
         seen
@@ -280,7 +282,8 @@ impl AtmosphereLanes {
         let before = simd.splat(fog.below) * up.min(zero - least).recip();
         let through = self.through(simd, before, simd.splat(fog.below));
         let mut floor = mixed::<V>(horizon, colour, through);
-        for (floor, sky) in floor.iter_mut().zip(sky) {
+        for (channel, floor) in floor.iter_mut().enumerate() {
+            let sky = sky[channel];
             *floor = floor.select(up.lt(zero), sky);
         }
 
@@ -342,7 +345,8 @@ impl EyeFog {
 #[inline(always)]
 fn mixed<V: Simd>(from: [V::F; 3], to: [V::F; 3], share: V::F) -> [V::F; 3] {
     let mut mixed = from;
-    for (mixed, to) in mixed.iter_mut().zip(to) {
+    for (channel, mixed) in mixed.iter_mut().enumerate() {
+        let to = to[channel];
         *mixed = (to - *mixed).mul_add(share, *mixed);
     }
     mixed
@@ -351,7 +355,8 @@ fn mixed<V: Simd>(from: [V::F; 3], to: [V::F; 3], share: V::F) -> [V::F; 3] {
 /// The same colour in all lanes.
 #[inline(always)]
 fn splat_all<V: Simd>(simd: V, light: &mut [V::F; 3], colour: [f32; 3]) {
-    for (light, value) in light.iter_mut().zip(colour) {
+    for (channel, light) in light.iter_mut().enumerate() {
+        let value = colour[channel];
         *light = simd.splat(value);
     }
 }

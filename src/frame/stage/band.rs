@@ -71,7 +71,9 @@ impl Filling<'_, '_> {
     fn fill<V: Simd>(self, simd: V, plane_image: &impl LookUp<V>) {
         let Self { mut band, planes, width, first } = self;
         let mut units = planes.scale.units();
-        units.iter_mut().zip(planes.tint).for_each(|(unit, tint)| *unit *= tint);
+        for (channel, unit) in units.iter_mut().enumerate() {
+            *unit *= planes.tint[channel];
+        }
         let count = band.rows(width);
 
         // Strip by strip: rows of one group of planes follow each other in memory.

@@ -5,7 +5,7 @@
 
 use glam::Vec3;
 
-use crate::simd::{Floats, Ints, Simd, Sixteen};
+use crate::simd::{Each, Floats, Ints, Simd, Sixteen};
 
 /// Words of sixteen planes: red from bit 0, green from bit 11, blue from bit 22 on.
 pub type Cell = Sixteen;
@@ -41,18 +41,18 @@ impl Scale {
     /// Linear light of the units in which light between words is counted, by channel: the square of a code, which green keeps in its place.
     #[inline(always)]
     pub fn units(self) -> [f32; 3] {
-        let mut roots = LIMITS.map(|limit| self.root_of_brightest / limit);
+        let mut roots = LIMITS.each(|limit| self.root_of_brightest / limit);
         roots[1] /= GREEN;
-        roots.map(|root| root * root)
+        roots.each(|root| root * root)
     }
 
     /// Words of linear light.
     #[inline(always)]
     pub fn encode<V: Simd>(self, simd: V, light: [V::F; 3]) -> V::F {
         let mut codes = [simd.splat_int(0); 3];
-        for ((code, light), limit) in codes.iter_mut().zip(light).zip(LIMITS) {
-            let light = light.max(simd.splat(LEAST));
-            let root = light.sqrt_rough();
+        for (channel, code) in codes.iter_mut().enumerate() {
+            let limit = LIMITS[channel];
+            let root = light[channel].max(simd.splat(LEAST)).sqrt_rough();
             let scaled = root.mul_add(simd.splat(limit / self.root_of_brightest), simd.splat(0.5));
             *code = scaled.min(simd.splat(limit)).to_int();
         }
@@ -67,8 +67,9 @@ impl Scale {
     pub fn decode<V: Simd>(self, simd: V, words: V::F) -> [V::F; 3] {
         let words = words.to_bits();
         let mut light = between(simd, words, words, simd.splat(0.0));
-        for (light, unit) in light.iter_mut().zip(self.units()) {
-            *light = *light * simd.splat(unit);
+        let units = self.units();
+        for (channel, light) in light.iter_mut().enumerate() {
+            *light = *light * simd.splat(units[channel]);
         }
         light
     }
@@ -89,8 +90,9 @@ pub fn between<V: Simd>(simd: V, from: V::I, to: V::I, share: V::F) -> [V::F; 3]
 #[inline(always)]
 pub fn add<V: Simd>(simd: V, sum: &mut [V::F; 3], words: V::I, weight: V::F) {
     let (red, green) = (simd.splat_int(0x7ff), simd.splat_int(0x7ff << 11));
-    for (sum, code) in sum.iter_mut().zip([words & red, words & green, words.shr::<22>()]) {
-        let code = code.to_float();
+    let codes = [words & red, words & green, words.shr::<22>()];
+    for (channel, sum) in sum.iter_mut().enumerate() {
+        let code = codes[channel].to_float();
         *sum = (code * code).mul_add(weight, *sum);
     }
 }

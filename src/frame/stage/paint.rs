@@ -94,7 +94,8 @@ impl<const FOG_OR_GLOW: bool> Kernel for Painting<'_, '_, FOG_OR_GLOW> {
                 let (at, share) = between_lines(simd, &segment.line, (inverse * depth).recip());
                 let mut colour = crossings.sample_at(&place, at);
                 let before = crossings.sample_at(&before, at);
-                for (colour, before) in colour.iter_mut().zip(before) {
+                for (channel, colour) in colour.iter_mut().enumerate() {
+                    let before = before[channel];
                     *colour = (*colour - before).mul_add(share, before);
                 }
                 colour
@@ -107,7 +108,8 @@ impl<const FOG_OR_GLOW: bool> Kernel for Painting<'_, '_, FOG_OR_GLOW> {
             let slant = square.sqrt_rough();
             let seen = air.haze::<V, FOG_OR_GLOW>(simd, colour, slant * depth, slope * depth);
             let mut light = PlaneLight::default();
-            for (light, seen) in light.iter_mut().zip(seen) {
+            for (channel, light) in light.iter_mut().enumerate() {
+                let seen = seen[channel];
                 seen.store(&mut light.0);
             }
 

@@ -17,7 +17,7 @@ use std::ops::Range;
 use super::cell::{Cell, Scale};
 use super::paint::PlaneLight;
 use crate::raymarch::scan::{NO_SLOPE, Profile, RowTable, VisibleSegment};
-use crate::simd::{Floats, Ints, Isa, Kernel, LANES, Mask, Simd, Sixteen};
+use crate::simd::{Each, Floats, Ints, Isa, Kernel, LANES, Mask, Simd, Sixteen};
 use crate::weather::AtmosphereLanes;
 
 /// Least rise of a stretch, as tangent: keeps quotients finite.
@@ -134,7 +134,7 @@ impl Spans {
     #[inline(always)]
     fn find<V: Simd>(&mut self, simd: V, covering: &Covering<'_, V>, segments: &[VisibleSegment]) {
         let mut covered = covering.covered;
-        let [lowest, highest] = [-NO_SLOPE, NO_SLOPE].map(|slope| simd.splat(slope));
+        let [lowest, highest] = [-NO_SLOPE, NO_SLOPE].each(|slope| simd.splat(slope));
         let mut ends = [[0.0; LANES]; 2];
         self.count = 0;
 
@@ -153,10 +153,10 @@ impl Spans {
             self.at += 1;
         }
 
-        let [low, high] = ends.map(|ends| simd.load(&ends));
+        let [low, high] = ends.each(|ends| simd.load(&ends));
         let cells = covering.rows.row_table.cells(simd, low, high);
-        for (cell, cells) in cells.into_iter().zip(&mut self.cells) {
-            cell.store(cells);
+        for (end, target) in self.cells.iter_mut().enumerate() {
+            cells[end].store(target);
         }
     }
 }
@@ -208,8 +208,8 @@ impl<V: Simd> Covering<'_, V> {
         let high = high.select(rises, simd.splat(NO_SLOPE));
         let edges = self.edges.get(span.clone()).unwrap_or_default();
         let sums = self.sums.get_mut(span).unwrap_or_default();
-        for (edge, sums) in edges.iter().zip(sums) {
-            let edge = simd.splat(*edge);
+        for (index, sums) in sums.iter_mut().enumerate() {
+            let edge = simd.splat(edges[index]);
             let passed = edge.le(high) & self.covered.lt(edge);
             let rise = edge - self.covered;
             for channel in 0..3 {
@@ -234,7 +234,7 @@ impl<V: Simd> Covering<'_, V> {
     fn measure(&mut self, stretch: &RowStretch<'_, V>, rises: V::M, per_rise: V::F, span: Range<usize>) {
         let simd = self.simd;
         let [low, high] = stretch.slopes;
-        let [near, far] = stretch.inverse.map(|inverse| simd.load(&inverse.0));
+        let [near, far] = stretch.inverse.each(|inverse| simd.load(&inverse.0));
         let centres = &self.rows.row_table.centres[self.rows.first..];
         // The row above an edge that is not covered may be covered in its middle, and the one below.
         let rows = span.start.saturating_sub(1)..span.end.min(self.rows.inverse.len());
@@ -249,8 +249,8 @@ impl<V: Simd> Covering<'_, V> {
     /// All light that came so far is below an edge.
     #[inline(always)]
     fn close(&mut self, planes: V::M, index: usize) {
-        for (light, sum) in self.light.iter().zip(&mut self.sums[index]) {
-            light.store_masked(planes, &mut sum.0);
+        for (channel, sum) in self.sums[index].iter_mut().enumerate() {
+            self.light[channel].store_masked(planes, &mut sum.0);
         }
     }
 
@@ -270,11 +270,12 @@ impl<V: Simd> Covering<'_, V> {
         let (ground, sky) = rows.cells.split_at_mut(first_sky);
         let row_table = rows.row_table;
         let (per_rows, centres) = (&row_table.per_row[rows.first..], &row_table.centres[rows.first..]);
-        for ((sums, per_row), cell) in sums.windows(2).zip(per_rows).zip(ground) {
-            rows.scale.encode(simd, between(simd, sums, *per_row)).store(&mut cell.0);
+        for (row, cell) in ground.iter_mut().enumerate() {
+            rows.scale.encode(simd, between(simd, &sums[row..row + 2], per_rows[row])).store(&mut cell.0);
         }
 
-        for (row, cell) in (first_sky..).zip(sky) {
+        for (index, cell) in sky.iter_mut().enumerate() {
+            let row = first_sky + index;
             let per_row = per_rows[row];
             let mut seen = between(simd, &sums[row..row + 2], per_row);
             let tangent = simd.splat(centres[row]);
@@ -284,8 +285,9 @@ impl<V: Simd> Covering<'_, V> {
             let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
             let top = simd.splat(edges[row + 1]);
             let share = ((top - covered) * simd.splat(per_row)).max(zero).min(one);
-            for (seen, sky) in seen.iter_mut().zip(air.sky::<V, FOG_OR_GLOW>(simd, sine)) {
-                *seen = sky.mul_add(share, *seen);
+            let sky = air.sky::<V, FOG_OR_GLOW>(simd, sine);
+            for (channel, seen) in seen.iter_mut().enumerate() {
+                *seen = sky[channel].mul_add(share, *seen);
             }
 
             rows.scale.encode(simd, seen).store(&mut cell.0);

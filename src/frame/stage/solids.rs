@@ -66,7 +66,8 @@ impl Kernel for SpanPaint<'_> {
 
             let per_share = share.max(simd.splat(LEAST_SHARE)).recip();
             let mut light = [zero; 3];
-            for (light, sum) in light.iter_mut().zip(seen) {
+            for (channel, light) in light.iter_mut().enumerate() {
+                let sum = seen[channel];
                 *light = simd.load(&sum.0) * per_share;
             }
 
@@ -76,7 +77,8 @@ impl Kernel for SpanPaint<'_> {
             let slant = slope.mul_add(slope, squares).sqrt_rough();
             let near = self.air.over(simd, light, slant * depth, slope * depth);
             let mut mixed = self.scale.decode(simd, simd.load(&cell.0));
-            for (mixed, near) in mixed.iter_mut().zip(near) {
+            for (channel, mixed) in mixed.iter_mut().enumerate() {
+                let near = near[channel];
                 *mixed = (near - *mixed).mul_add(share, *mixed);
             }
 
@@ -85,7 +87,8 @@ impl Kernel for SpanPaint<'_> {
                 let middle = simd.load(&seen[5].0);
                 let stands = zero.lt(middle);
                 middle.store_masked(stands, &mut known.0);
-                for (tilts, seen) in self.tilts.iter_mut().zip(&seen[6..]) {
+                for (channel, tilts) in self.tilts.iter_mut().enumerate() {
+                    let seen = &seen[6..][channel];
                     simd.load(&seen.0).store_masked(stands, &mut tilts[row].0);
                 }
             }

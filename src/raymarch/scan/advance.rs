@@ -6,7 +6,7 @@ use super::lines::Lines;
 use super::march::{MarchField, Planes};
 use super::profile::{NO_SLOPE, Post, SampleLine};
 use super::strides::Stride;
-use crate::simd::{Floats, Mask, Simd, Sixteen};
+use crate::simd::{Each, Floats, Mask, Simd, Sixteen};
 use crate::voxel::Grid;
 use hedgehop_base::error::Result;
 
@@ -30,9 +30,9 @@ impl MarchField {
     pub(super) fn steep_rises(&self) -> [f32; 2] {
         let [lowest, highest] = self.tangents;
         let flattest = 0.0_f32.max(lowest).min(highest);
-        let [row, angle] = self.row.map(|row| STEEP_ROWS * row);
+        let [row, angle] = self.row.each(|row| STEEP_ROWS * row);
         let steep = [row.min(STEEP_ANGLE * flattest.mul_add(flattest, 1.0)), angle.min(STEEP_ANGLE)];
-        steep.map(|rise| rise / self.detail)
+        steep.each(|rise| rise / self.detail)
     }
 }
 
@@ -151,7 +151,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
     pub(super) fn is_steep(&self, post: &Post<V>, times: f32) -> bool {
         let simd = self.simd;
         let begin = self.horizon.max(self.last);
-        let [least, level] = self.steep.map(|steep| simd.splat(times * steep));
+        let [least, level] = [simd.splat(times * self.steep[0]), simd.splat(times * self.steep[1])];
         // Of the stretch's tangents the flattest.
         let flattest = begin.max(simd.splat(0.0) - post.slope).max(simd.splat(0.0));
         let steep = least.max((flattest * flattest).mul_add(level, level));

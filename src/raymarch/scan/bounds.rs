@@ -1,5 +1,6 @@
 //! The highest surface in a block, from the voxels' upper bounds.
 
+use crate::simd::Each;
 use std::ops::Range;
 
 use super::Pages;
@@ -32,7 +33,7 @@ pub fn highest_code(
     let mut highest = 0;
     let mut first = minor[0];
     while first <= minor[1] {
-        let page = [major, first].map(|index| index / PAGE_SIDE);
+        let page = [major, first].each(|index| index / PAGE_SIDE);
         let last = minor[1].min((page[1] + 1) * PAGE_SIDE - 1);
         let (px, py) = if axis == 0 { (page[0], page[1]) } else { (page[1], page[0]) };
 
@@ -41,7 +42,7 @@ pub fn highest_code(
             if coarser >= pages.source().header().level_count {
                 return Ok(u16::MAX);
             }
-            let [from, to] = [first, last].map(|index| index / RADIX);
+            let [from, to] = [first, last].each(|index| index / RADIX);
             highest = highest.max(highest_code(pages, coarser, axis, major / RADIX, [from, to])?);
             first = last + 1;
             continue;

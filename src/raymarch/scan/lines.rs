@@ -1,7 +1,7 @@
 //! Heights along a line of posts, where sixteen planes cross it.
 
 use super::pages::{Codes, Pages, together};
-use crate::simd::{Floats, Ints, LANES, Simd};
+use crate::simd::{Each, Floats, Ints, LANES, Simd};
 use crate::voxel::{APRON, HeightCode, PAGE_SIDE, PageId};
 use hedgehop_base::error::Result;
 
@@ -57,7 +57,7 @@ impl<'a> Lines<'a> {
         let posts_across = i64::from([grid.dims(level).0, grid.dims(level).1][1 - major]);
         let dims = grid.page_dims(level);
         let dims = [i64::from(dims.0), i64::from(dims.1)];
-        let [first, last] = posts.ends.map(|post| post.div_euclid(side).clamp(0, dims[1 - major] - 1));
+        let [first, last] = posts.ends.each(|post| post.div_euclid(side).clamp(0, dims[1 - major] - 1));
         let page_line = line.div_euclid(side).clamp(0, dims[major] - 1);
         let count = (last - first + 1) as usize;
         if count > MOST_PAGES {
@@ -86,7 +86,7 @@ impl<'a> Lines<'a> {
             lines.parts[part] = codes;
         }
 
-        lines.near = lines.near(posts.ends.map(|post| post - first * side));
+        lines.near = lines.near(posts.ends.each(|post| post - first * side));
         let beside = posts.next.div_euclid(side).clamp(0, dims[1 - major] - 1);
         let part = if (first..=last).contains(&beside) {
             Some(lines.parts[(beside - first) as usize].clone())

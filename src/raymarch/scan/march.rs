@@ -9,7 +9,7 @@ use super::lines::{LinePosts, Lines};
 use super::profile::{NO_SLOPE, Post};
 use super::strides::Stride;
 use super::{Pages, PlaneGroup, Profile, Strides, TurnedPages};
-use crate::simd::{Floats, Isa, Kernel, LANES, Mask, Simd, Sixteen};
+use crate::simd::{Each, Floats, Isa, Kernel, LANES, Mask, Simd, Sixteen};
 use crate::voxel::{BARE, Grid, HeightCode, PageSource};
 use hedgehop_base::error::Result;
 
@@ -186,6 +186,37 @@ pub(super) struct Planes<'f, 'a, V: Simd> {
     bare_until: f64,
 }
 
+/// A look at the surface under them, where nothing is known yet.
+struct SurfaceLook<'p, 'f, 'a, V: Simd> {
+    planes: &'p mut Planes<'f, 'a, V>,
+    level: u8,
+    distance: f64,
+}
+
+impl<V: Simd> Kernel for SurfaceLook<'_, '_, '_, V> {
+    type Output = Result<V::F>;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) -> Result<V::F> {
+        self.planes.look_at_surface(self.level, self.distance)
+    }
+}
+
+/// One block of them: most of the march's code, and needed wherever lines are read.
+struct BlockMarch<'p, 'f, 'a, V: Simd> {
+    planes: &'p mut Planes<'f, 'a, V>,
+    block: &'p LineBlock,
+}
+
+impl<V: Simd> Kernel for BlockMarch<'_, '_, '_, V> {
+    type Output = Result<()>;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) -> Result<()> {
+        self.planes.march_lines(self.block)
+    }
+}
+
 impl<'a, V: Simd> Planes<'_, 'a, V> {
     #[inline(always)]
     fn march(mut self) -> Result<f64> {
@@ -247,12 +278,20 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         z.lt(self.horizon * self.ground.depth * distance)
     }
 
+    /// Marches the lines of a block.
+    ///
+    /// # Errors
+    /// A page that is damaged.
     #[inline(always)]
     pub(super) fn march_block(&mut self, block: &LineBlock) -> Result<()> {
         if block.count == 0 {
             return Ok(());
         }
+        self.simd.call(BlockMarch { planes: self, block })
+    }
 
+    #[inline(always)]
+    fn march_lines(&mut self, block: &LineBlock) -> Result<()> {
         let level = block.stride.level;
         let last = self.way.distance(level, block.first + block.step * (block.count - 1));
         let hidden = self.is_hidden(block)?;
@@ -390,7 +429,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
     #[inline(always)]
     fn units(&self, distances: [f64; 2]) -> [f64; 2] {
         let eye = self.eye[1 - self.group.major];
-        let [a, b] = [0, LANES - 1].map(|lane| f64::from(self.group.minor[lane]));
+        let [a, b] = [0, LANES - 1].each(|lane| f64::from(self.group.minor[lane]));
         let (low, high) = (a.min(b), a.max(b));
         [
             eye + (low * distances[0]).min(low * distances[1]),
@@ -414,7 +453,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         let side = f64::from(Grid::side_units(level));
         let minor = self
             .units([self.reached.into(), end])
-            .map(|units| ((units / side).floor() as i64).clamp(0, last) as u32);
+            .each(|units| ((units / side).floor() as i64).clamp(0, last) as u32);
         let length = i64::from([dims.0, dims.1][self.group.major]);
         let major = block.index * voxels..((block.index + 1) * voxels).min(length);
         let code = highest_along(&mut self.march.pages, level, self.group.major, major, minor)?;
@@ -464,14 +503,18 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
     /// Height above the eye of a level's bilinear surface at a major distance; nothing where a page is absent.
     #[cold]
     fn surface_at(&mut self, level: u8, distance: f64) -> Result<V::F> {
+        self.simd.call(SurfaceLook { planes: self, level, distance })
+    }
+
+    #[inline(always)]
+    fn look_at_surface(&mut self, level: u8, distance: f64) -> Result<V::F> {
         let (line, share) = self.way.line_at(level, distance);
         let posts = self.posts(level, [distance, distance]);
-        let lines = Lines::find(&mut self.march.pages, level, self.group.major, line, posts)?;
+        let Some(lines) = Lines::find(&mut self.march.pages, level, self.group.major, line, posts)? else {
+            return Ok(self.simd.splat(NOTHING));
+        };
         let at = self.simd.splat(distance as f32);
-        let nothing = self.simd.splat(NOTHING);
-        Ok(lines.map_or(nothing, |lines| {
-            self.ground.surface(&lines, level, line, at, self.simd.splat(share as f32))
-        }))
+        Ok(self.ground.surface(&lines, level, line, at, self.simd.splat(share as f32)))
     }
 
     /// Major distance at which ground at height `z` (≤ 0) above the eye is still below the lowest row in all planes.

@@ -1,6 +1,6 @@
 //! Visible profile of sixteen planes: the posts at which the surface rises above everything before.
 
-use crate::simd::{Floats, Isa, Kernel, LANES, Mask, Simd, Sixteen};
+use crate::simd::{Each, Floats, Isa, Kernel, LANES, Mask, Simd, Sixteen};
 use crate::voxel::Grid;
 
 /// Tangent of the elevation of what is no surface: below any ray.
@@ -216,7 +216,7 @@ impl Kernel for Passing<'_> {
 
     #[inline(always)]
     fn run<V: Simd>(self, simd: V) -> Self::Output {
-        let [low, high] = self.heights.map(|height| simd.splat(height));
+        let [low, high] = self.heights.each(|height| simd.splat(height));
         let mut cuts = Vec::new();
         let mut last = None;
         for (index, segment) in self.segments.iter().enumerate() {
@@ -244,7 +244,7 @@ impl Kernel for Passing<'_> {
 /// Returns the rise of the steepest segment of a plane that passes through some heights, metres.
 fn rise(ends: &[VisibleSegment], [low, high]: [f32; 2]) -> f32 {
     let lanes = (0..LANES).map(|lane| {
-        let [from, to] = [&ends[0], &ends[1]].map(|segment| segment.slope.0[lane] / segment.inverse.0[lane]);
+        let [from, to] = [&ends[0], &ends[1]].each(|segment| segment.slope.0[lane] / segment.inverse.0[lane]);
         let passes = ends[0].slope.0[lane] > 0.5 * NO_SLOPE && from.max(to) > low && from.min(to) < high;
         if passes { (to - from).abs() } else { 0.0 }
     });

@@ -15,7 +15,7 @@ use super::ground::Crease;
 use super::lines::Lines;
 use super::march::Planes;
 use super::profile::{NO_SLOPE, Post, SampleLine};
-use crate::simd::{Floats, LANES, Mask, Simd, Sixteen};
+use crate::simd::{Floats, Kernel, LANES, Mask, Simd, Sixteen};
 use crate::voxel::Grid;
 
 /// Lengths of a cell that a plane may run through at once: more are not one cell.
@@ -23,6 +23,28 @@ const ONE_CELL: f32 = 1.001;
 
 /// Slopes below this are no surface's.
 const LEAST_SLOPE: f32 = 0.5 * NO_SLOPE;
+
+/// A post that is reached past a rim.
+struct RimCrossing<'r, 'a> {
+    lines: &'r Lines<'a>,
+    slope: &'r Sixteen,
+    line: SampleLine,
+}
+
+/// The way of planes there, as a function of its own: few come by.
+struct RimPassage<'p, 'f, 'a, V: Simd> {
+    planes: &'p mut Planes<'f, 'a, V>,
+    crossing: RimCrossing<'p, 'a>,
+}
+
+impl<V: Simd> Kernel for RimPassage<'_, '_, '_, V> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) {
+        self.planes.cross(&self.crossing);
+    }
+}
 
 impl<'a, V: Simd> Planes<'_, 'a, V> {
     /// Whether some plane has no surface at the last post or the next one: there may be a rim between.
@@ -38,16 +60,22 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
             // What a cold function is given lies in memory: a copy, so that all other posts need not.
             let mut slope = Sixteen::default();
             post.slope.store(&mut slope.0);
-            self.cross(lines, &slope, post.line);
+            self.pass_rim(RimCrossing { lines, slope: &slope, line: post.line });
             return;
         }
         self.reach(post);
     }
 
+    #[cold]
+    fn pass_rim(&mut self, crossing: RimCrossing<'_, 'a>) {
+        self.simd.call(RimPassage { planes: self, crossing });
+    }
+
     /// Takes in the surface up to where planes cross a column of posts, what begins there, and the line if a cell before or behind it
     /// has a surface.
-    #[cold]
-    fn cross(&mut self, lines: &Lines<'a>, slope: &Sixteen, mark: SampleLine) {
+    #[inline(always)]
+    fn cross(&mut self, crossing: &RimCrossing<'_, 'a>) {
+        let &RimCrossing { lines, slope, line: mark } = crossing;
         let slope = self.simd.load(&slope.0);
         let inverse = self.ground.per_depth * self.simd.splat(1.0 / mark.distance);
         let mut post = Post { slope, inverse, line: mark };
@@ -76,7 +104,8 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         let inverse = (self.ground.depth * at).recip();
         let mark = self.crossing(post.line, crosses, share);
         let mut slopes = cells;
-        for (slope, cell) in slopes.iter_mut().zip(cells) {
+        for (channel, slope) in slopes.iter_mut().enumerate() {
+            let cell = cells[channel];
             let codes = self.ground.cell(lines, line, [cell, column - cell], along);
             *slope = self.slope(self.ground.height(codes, at), inverse);
         }

@@ -19,7 +19,7 @@ use std::ops::Range;
 use glam::{DVec2, DVec3};
 
 use super::PlaneGroup;
-use crate::simd::{Floats, LANES, Simd, Sixteen};
+use crate::simd::{Each, Floats, LANES, Simd, Sixteen};
 use crate::space::{Attitude, Camera, Screen};
 use crate::voxel::Grid;
 
@@ -146,7 +146,7 @@ impl Upright {
 
     /// Converts rises for each unit of the tangent to rises for each row, of the planes of a group that are filled.
     pub fn per_row(&self, index: usize, [_, along]: [&mut [Sixteen]; 2]) {
-        let [first, per_row] = self.horizontal().map(f64::from);
+        let [first, per_row] = self.horizontal().each(f64::from);
         for (row, lanes) in self.rows(index).zip(along) {
             let horizontal = first + row as f64 * per_row;
             let tangents = (1.0 / (self.focal * horizontal * horizontal)) as f32;

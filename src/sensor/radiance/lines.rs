@@ -15,7 +15,7 @@ use super::page::{Baking, ImageFinish, encode};
 use super::posts::PageLight;
 use super::window::{Window, WindowRow};
 use crate::sensor::radiance::part::{PostPart, RING};
-use crate::simd::{Floats, Isa, LANES, Simd, turned};
+use crate::simd::{Each, Floats, Isa, LANES, Simd, turned};
 use crate::voxel::{PageId, PageSource};
 use hedgehop_base::error::Result;
 
@@ -110,7 +110,7 @@ impl ImageFinish for LineFiltering<'_> {
         if rows.step == 1 && columns.step == 1 {
             for (index, target) in image.chunks_exact_mut(columns.count).enumerate() {
                 let posts = window.row(rows.first + index);
-                encode(simd, target, posts.light.map(|plane| &plane[columns.first..]));
+                encode(simd, target, posts.light.each(|plane| &plane[columns.first..]));
             }
         } else {
             sums.begin(size[0] + 2 * RING, columns.count);
@@ -197,7 +197,8 @@ impl Sums {
             let load = |plane: &[f32]| plane[first..].first_chunk().map_or(share, |lanes| simd.load(lanes));
             let weight = load(row.weights) * share;
             let light = [load(red) * weight, load(green) * weight, load(blue) * weight, weight];
-            for (plane, more) in self.posts.iter_mut().zip(light) {
+            for (channel, plane) in self.posts.iter_mut().enumerate() {
+                let more = light[channel];
                 if let Some(sums) = plane[first..].first_chunk_mut() {
                     (simd.load(sums) + more).store(sums);
                 }

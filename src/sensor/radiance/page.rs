@@ -5,7 +5,7 @@ use super::posts::{PageLight, Posts};
 use super::window::Window;
 use crate::pixels::{CODE_LIMIT, ROOT_OF_BRIGHTEST};
 use crate::sensor::radiance::part::{PostPart, RING};
-use crate::simd::{Floats, Ints, Isa, Kernel, LANES, Simd};
+use crate::simd::{Each, Floats, Ints, Isa, Kernel, LANES, Simd};
 use crate::voxel::{PageId, PageSource};
 use hedgehop_base::error::Result;
 
@@ -78,7 +78,7 @@ impl<M: ImageFinish> Kernel for Baking<'_, M> {
         let part = part.within(view.width, view.height);
         let posts = Posts::new(lamp, source.header(), id, view, part, facing);
         window.light(simd, &posts);
-        Ok(Some(finish.image(simd, window, part.size.map(|side| side as usize))))
+        Ok(Some(finish.image(simd, window, part.size.each(|side| side as usize))))
     }
 }
 
@@ -90,12 +90,12 @@ impl ImageFinish for Encoding {
 
     #[inline(always)]
     fn image<V: Simd>(self, simd: V, window: &Window, size: [usize; 2]) -> RadiancePage {
-        let [width, rows] = size.map(|side| side + 2 * RING);
+        let [width, rows] = size.each(|side| side + 2 * RING);
         let mut texels = vec![0; width * rows];
         for (row, texels) in texels.chunks_exact_mut(width).enumerate() {
             encode(simd, texels, window.row(row).light);
         }
-        RadiancePage { texels, size: size.map(|side| side as i32) }
+        RadiancePage { texels, size: size.each(|side| side as i32) }
     }
 }
 
@@ -113,7 +113,7 @@ fn code<V: Simd>(simd: V, radiance: &[f32; LANES]) -> V::I {
 pub fn encode<V: Simd>(simd: V, texels: &mut [u32], light: [&[f32]; 3]) {
     for (chunk, texels) in texels.chunks_mut(LANES).enumerate() {
         let [red, green, blue] =
-            light.map(|plane| plane[chunk * LANES..].first_chunk().unwrap_or(&[0.0; LANES]));
+            light.each(|plane| plane[chunk * LANES..].first_chunk().unwrap_or(&[0.0; LANES]));
         let [red, green, blue] = [code(simd, red), code(simd, green), code(simd, blue)];
         let mut codes = [0; LANES];
         (red | green.shl::<10>() | blue.shl::<20>()).store(&mut codes);

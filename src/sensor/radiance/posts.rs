@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::facing::{Facing, VOID_WEIGHT};
 use crate::sensor::VisualSensor;
 use crate::sensor::radiance::part::{LIT, PostPart};
-use crate::simd::{Floats, Ints, LANES, Mask, Simd};
+use crate::simd::{Each, Floats, Ints, LANES, Mask, Simd};
 use crate::sunlight::{SHADE_APRON, ShadePage};
 use crate::voxel::{
     APRON, Header, HeightCode, PAGE_SIDE, PageId, PageView, RELIEF_APRON, Relief, ReliefLanes, half_steps_of,
@@ -84,20 +84,20 @@ impl<'a> Posts<'a> {
         let axes = [(id.px, view.width, nx), (id.py, view.height, ny)];
 
         // The area may also end within the apron of a page that is not its last.
-        let inside = axes.map(|(page, size, count)| {
+        let inside = axes.each(|(page, size, count)| {
             let first = (page * PAGE_SIDE) as usize;
             let end = size as usize + 2 * LIT;
             LIT.saturating_sub(first)..end.min(count as usize + LIT - first)
         });
-        let edges = axes.map(|(page, size, count)| {
+        let edges = axes.each(|(page, size, count)| {
             let (first, lit) = ((page * PAGE_SIDE) as usize, size as usize + LIT);
             [first <= LIT, first + lit >= count as usize]
         });
-        let part = [0, 1].map(|axis| {
+        let part = [0, 1].each(|axis| {
             let (first, size) = (part.first[axis] as usize, part.size[axis] as usize);
             first..first + size + 2 * LIT
         });
-        let lit = [0, 1].map(|axis: usize| {
+        let lit = [0, 1].each(|axis: usize| {
             let (inside, part) = (&inside[axis], &part[axis]);
             inside.start.max(part.start)..inside.end.min(part.end)
         });
@@ -111,7 +111,7 @@ impl<'a> Posts<'a> {
     pub fn row<V: Simd>(&self, simd: V, y: usize, target: PostRows<'_>) -> bool {
         let along = if self.is_last(1, y) { 2.0 * self.half_step } else { self.half_step };
         let PostRows { light: [red, green, blue], weights } = target;
-        let [zero, void] = [0.0, VOID].map(|value| simd.splat(value));
+        let [zero, void] = [0.0, VOID].each(|value| simd.splat(value));
         let columns = self.lit[0].clone();
         let mut has_voids = false;
 
@@ -163,7 +163,8 @@ impl<'a> Posts<'a> {
         let Some(shade) = self.lamp.shade else { return simd.splat(1.0) };
         let bytes: [u8; LANES] = from(&shade.shares, y * shade.stride + x);
         let mut shares = [0.0; LANES];
-        for (share, byte) in shares.iter_mut().zip(bytes) {
+        for (channel, share) in shares.iter_mut().enumerate() {
+            let byte = bytes[channel];
             *share = f32::from(byte);
         }
         simd.load(&shares) * simd.splat(1.0 / 255.0)
@@ -175,7 +176,7 @@ impl<'a> Posts<'a> {
         let bytes = from(bytemuck::cast_slice(self.view.colours), 3 * self.place(at, APRON));
         let codes = simd.load_triples(&bytes);
         let low = simd.splat_int(0xff);
-        [codes & low, codes.shr::<8>() & low, codes.shr::<16>()].map(|code| simd.gather(&self.linear, code))
+        [codes & low, codes.shr::<8>() & low, codes.shr::<16>()].each(|code| simd.gather(&self.linear, code))
     }
 
     /// Slopes eastward and northward of the level's own heights, `along`: a northward half step's.
@@ -192,7 +193,7 @@ impl<'a> Posts<'a> {
         }
         let (place, stride) = (self.place([x, y], APRON), (self.view.width + 2 * APRON) as usize);
         let [west, east, south, north] =
-            [place - 1, place + 1, place - stride, place + stride].map(|place| self.heights(simd, place));
+            [place - 1, place + 1, place - stride, place + stride].each(|place| self.heights(simd, place));
         let eastward = half_steps_of(simd, here, west, east).to_float();
         let northward = half_steps_of(simd, here, south, north).to_float();
         [eastward * across, northward * simd.splat(along)]

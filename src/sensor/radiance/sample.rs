@@ -6,7 +6,7 @@ use super::RadiancePages;
 use super::cache::LineStrip;
 use super::facing::{Facing, STEEPER};
 use super::lines::{LineFilter, LineImage};
-use crate::simd::{Floats, Ints, LANES, Simd};
+use crate::simd::{Each, Floats, Ints, LANES, Simd};
 use crate::voxel::{BARE, Grid, PAGE_SIDE, PageId};
 use hedgehop_base::error::Result;
 
@@ -258,7 +258,8 @@ impl TexelRun {
                 colour = here;
             } else {
                 let later = (start - simd.splat(0.5)).le(at);
-                for (colour, here) in colour.iter_mut().zip(here) {
+                for (channel, colour) in colour.iter_mut().enumerate() {
+                    let here = here[channel];
                     *colour = here.select(later, *colour);
                 }
             }
@@ -275,13 +276,13 @@ impl ImageSearch<'_, '_> {
         let voxel = f64::from(Grid::side_units(level));
 
         // Where a footprint is so wide that the next texels serve.
-        let wider = WIDER.map(|voxels| voxels * voxel / self.pixel);
+        let wider = WIDER.each(|voxels| voxels * voxel / self.pixel);
         let shift = wider.iter().filter(|&&from| from <= distance).count();
         let mut near = if shift > 0 { wider[shift - 1] } else { 0.0 };
         let mut far = wider.get(shift).copied().unwrap_or(f64::INFINITY);
 
         // And where the eye looks down at another incline.
-        let inclines = STEEPER.map(|steeper| self.height / steeper);
+        let inclines = STEEPER.each(|steeper| self.height / steeper);
         let incline = inclines.iter().filter(|&&until| distance < until).count();
         near = inclines.iter().filter(|&&until| distance >= until).fold(near, |near, &until| near.max(until));
         far = inclines.iter().filter(|&&until| distance < until).fold(far, |far, &until| far.min(until));
@@ -292,9 +293,9 @@ impl ImageSearch<'_, '_> {
 
         // And where an outermost plane crosses to the next page.
         let side = voxel * f64::from(PAGE_SIDE);
-        let pages = self.ends.map(|end| {
+        let pages = self.ends.each(|end| {
             let page = ((self.eye + end * distance) / side).floor();
-            let edges = [page, page + 1.0].map(|edge| (edge * side - self.eye) / end);
+            let edges = [page, page + 1.0].each(|edge| (edge * side - self.eye) / end);
             near = near.max(edges[0].min(edges[1]));
             far = far.min(edges[0].max(edges[1]));
             page as i64
@@ -305,7 +306,7 @@ impl ImageSearch<'_, '_> {
         let along = line.index.div_euclid(i64::from(PAGE_SIDE)).clamp(0, dims[self.major] - 1);
         let first_line = along * i64::from(PAGE_SIDE);
         let post = (line.index - first_line).clamp(0, i64::from(PAGE_SIDE) - 1) as u32;
-        let [first, last] = pages.map(|page| page.clamp(0, dims[1 - self.major] - 1));
+        let [first, last] = pages.each(|page| page.clamp(0, dims[1 - self.major] - 1));
         let strip = LineStrip::with(PageId { level, px: 0, py: 0 }, filter, post);
         let mut images = [const { None }; MOST_PAGES];
 

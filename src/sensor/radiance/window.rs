@@ -12,7 +12,7 @@ use std::ops::Range;
 
 use super::posts::{PostRows, Posts, VOID};
 use crate::sensor::radiance::part::{LIT, RING};
-use crate::simd::{LANES, Simd};
+use crate::simd::{Each, LANES, Simd};
 
 /// Posts of a part of a page and [`LIT`] around it, and what they send.
 #[derive(Debug, Default)]
@@ -41,17 +41,17 @@ impl Window {
     /// Lights a part, and what its voids take their light from. What was lit before is forgotten.
     #[inline(always)]
     pub fn light<V: Simd>(&mut self, simd: V, posts: &Posts<'_>) {
-        [self.stride, self.rows] = [0, 1].map(|axis: usize| posts.part[axis].len());
+        [self.stride, self.rows] = [0, 1].each(|axis: usize| posts.part[axis].len());
         let (stride, length) = (self.stride, self.stride * self.rows + LANES);
         self.all().for_each(|plane| plane.resize(length, 0.0));
-        let [columns, lit] = [0, 1].map(|axis: usize| {
+        let [columns, lit] = [0, 1].each(|axis: usize| {
             let (lit, first) = (&posts.lit[axis], posts.part[axis].start);
             lit.start - first..lit.end - first
         });
         let mut has_voids = false;
         for y in lit.clone() {
             let first = y * stride + columns.start;
-            let light = self.planes.each_mut().map(|plane| &mut plane[first..]);
+            let light = self.planes.each_mut().each(|plane| &mut plane[first..]);
             let target = PostRows { light, weights: &mut self.weights[first..] };
             has_voids |= posts.row(simd, y + posts.part[1].start, target);
         }
@@ -88,7 +88,7 @@ impl Window {
     pub fn row(&self, y: usize) -> WindowRow<'_> {
         let first = (y + BESIDE) * self.stride + BESIDE;
         WindowRow {
-            light: self.planes.each_ref().map(|plane| &plane[first..]),
+            light: self.planes.each_ref().each(|plane| &plane[first..]),
             weights: &self.weights[first..],
         }
     }

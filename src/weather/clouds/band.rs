@@ -399,9 +399,11 @@ fn lit<V: Simd>(simd: V, cover: &CloudCover<'_>, direction: [V::F; 3], range: V:
     let [east, north, up] = cover.shadows;
     let way = (simd.splat(cover.heights[0]) - rise).max(zero) * simd.splat(1.0 / up);
     let per_voxel = simd.splat(cover.per_voxel);
-    let place = |axis: usize, sun: f32| {
-        direction[axis].mul_add(range, way * simd.splat(sun)).mul_add(per_voxel, simd.splat(cover.eye[axis]))
-    };
-    let through = shadow(simd, cover, [place(0, east), place(1, north)]);
+    let mut place = [way * simd.splat(east), way * simd.splat(north)];
+    for (axis, place) in place.iter_mut().enumerate() {
+        let at = direction[axis].mul_add(range, *place);
+        *place = at.mul_add(per_voxel, simd.splat(cover.eye[axis]));
+    }
+    let through = shadow(simd, cover, place);
     one - share * (one - through) * simd.splat(cover.shadowed)
 }

@@ -1,7 +1,7 @@
 //! Sixteen rays through the layer.
 
 use crate::simd::math::{exp_neg, log2};
-use crate::simd::{Floats, Ints, LANES, Mask, Simd, Sixteen};
+use crate::simd::{Floats, Ints, Kernel, LANES, Mask, Simd, Sixteen};
 use crate::weather::AtmosphereLanes;
 use crate::weather::clouds::cover::{CloudCover, STEPS};
 use crate::weather::clouds::field::{FIRST, LAYERS, LEVELS, ROW};
@@ -58,6 +58,42 @@ pub struct CloudVeil<V: Simd> {
 /// Values that a [`CloudVeil`] has.
 pub const VALUES: usize = 4;
 
+/// The march of sixteen rays.
+struct CloudMarch<'m, 'c, V: Simd> {
+    simd: V,
+    rays: &'m CloudRays<V>,
+    cover: &'m CloudCover<'c>,
+    air: &'m AtmosphereLanes,
+    profile: Option<&'m mut [Sixteen]>,
+}
+
+impl<V: Simd> Kernel for CloudMarch<'_, '_, V> {
+    type Output = CloudVeil<V>;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) -> CloudVeil<V> {
+        self.rays.march_steps(self.simd, self.cover, self.air, self.profile)
+    }
+}
+
+/// One look at one level of the field.
+struct LevelSample<'m, 'c, V: Simd> {
+    simd: V,
+    rays: &'m CloudRays<V>,
+    cover: &'m CloudCover<'c>,
+    range: V::F,
+    exponent: V::I,
+}
+
+impl<V: Simd> Kernel for LevelSample<'_, '_, V> {
+    type Output = (V::F, V::F);
+
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) -> (V::F, V::F) {
+        self.rays.read_level(self.simd, self.cover, self.range, self.exponent)
+    }
+}
+
 impl<V: Simd> CloudRays<V> {
     /// Rays from the eye that end after `range` metres.
     #[inline(always)]
@@ -66,7 +102,7 @@ impl<V: Simd> CloudRays<V> {
         let up = direction[2];
         let slant = (least.select(up.lt(zero), least) + up.abs()).recip();
         let slant = (zero - slant).select(up.lt(zero), slant);
-        let [base, top] = cover.heights.map(|height| simd.splat(height) * slant);
+        let [base, top] = [simd.splat(cover.heights[0]) * slant, simd.splat(cover.heights[1]) * slant];
         let near = base.min(top).max(zero);
         let far = base.max(top).min(range).min(simd.splat(FAR));
         let span = (far - near).max(zero);
@@ -76,6 +112,17 @@ impl<V: Simd> CloudRays<V> {
     /// Goes through the layer; `profile`, `[STEPS + 1][VALUES]`, learns light and share of what comes through up to each step's end.
     #[inline(always)]
     pub fn march(
+        &self,
+        simd: V,
+        cover: &CloudCover<'_>,
+        air: &AtmosphereLanes,
+        profile: Option<&mut [Sixteen]>,
+    ) -> CloudVeil<V> {
+        simd.call(CloudMarch { simd, rays: self, cover, air, profile })
+    }
+
+    #[inline(always)]
+    fn march_steps(
         &self,
         simd: V,
         cover: &CloudCover<'_>,
@@ -129,8 +176,8 @@ impl<V: Simd> CloudRays<V> {
 
                     let seen = air.over(simd, light, middle.max(one), self.direction[2] * middle.max(one));
                     let weight = veil.through * (one - left);
-                    for (light, seen) in veil.light.iter_mut().zip(seen) {
-                        *light = seen.mul_add(weight, *light);
+                    for (channel, light) in veil.light.iter_mut().enumerate() {
+                        *light = seen[channel].mul_add(weight, *light);
                     }
 
                     veil.through = veil.through * left;
@@ -150,8 +197,8 @@ impl<V: Simd> CloudRays<V> {
     #[inline(always)]
     fn sunlit(&self, simd: V, cover: &CloudCover<'_>) -> V::F {
         let mut cosine = simd.splat(0.0);
-        for (direction, sun) in self.direction.into_iter().zip(cover.to_sun) {
-            cosine = direction.mul_add(simd.splat(sun), cosine);
+        for (axis, direction) in self.direction.iter().enumerate() {
+            cosine = direction.mul_add(simd.splat(cover.to_sun[axis]), cosine);
         }
         let root = cosine.neg_mul_add(simd.splat(PHASE[1]), simd.splat(PHASE[0])).rsqrt();
         // 1 towards the sun.
@@ -182,6 +229,11 @@ impl<V: Simd> CloudRays<V> {
     /// Density at a range, 0…1, and light times it, of the level whose voxels are 2^(`exponent` − 127) times as wide as the finest.
     #[inline(always)]
     fn level(&self, simd: V, cover: &CloudCover<'_>, range: V::F, exponent: V::I) -> (V::F, V::F) {
+        simd.call(LevelSample { simd, rays: self, cover, range, exponent })
+    }
+
+    #[inline(always)]
+    fn read_level(&self, simd: V, cover: &CloudCover<'_>, range: V::F, exponent: V::I) -> (V::F, V::F) {
         let per_voxel = simd.splat(cover.per_voxel);
         let one = simd.splat(1.0);
         let level = exponent - simd.splat_int(127);
@@ -214,7 +266,8 @@ impl<V: Simd> CloudRays<V> {
         let words = [a, b, c, d];
         let byte = simd.splat_int(255);
         let mut density = [simd.splat(0.0); 4];
-        for (density, word) in density.iter_mut().zip(words) {
+        for (corner, density) in density.iter_mut().enumerate() {
+            let word = words[corner];
             let (low, high) = ((word & byte).to_float(), (word.shr::<8>() & byte).to_float());
             *density = (high - low).mul_add(z, low);
         }
@@ -225,7 +278,8 @@ impl<V: Simd> CloudRays<V> {
         }
 
         let mut light = [simd.splat(0.0); 4];
-        for (light, word) in light.iter_mut().zip(words) {
+        for (corner, light) in light.iter_mut().enumerate() {
+            let word = words[corner];
             let (low, high) = ((word.shr::<16>() & byte).to_float(), word.shr::<24>().to_float());
             *light = (high - low).mul_add(z, low);
         }
@@ -262,8 +316,8 @@ impl<V: Simd> CloudVeil<V> {
     #[inline(always)]
     fn store(&self, target: &mut [Sixteen]) {
         let [red, green, blue] = self.light;
-        for (target, value) in target.iter_mut().zip([red, green, blue, self.through]) {
-            value.store(&mut target.0);
+        for (index, value) in [red, green, blue, self.through].iter().enumerate() {
+            value.store(&mut target[index].0);
         }
     }
 }
@@ -287,8 +341,9 @@ pub fn shadow<V: Simd>(simd: V, cover: &CloudCover<'_>, [x, y]: [V::F; 2]) -> V:
     let (row, one) = (simd.splat_int(ROW as i32), simd.splat_int(1));
     let [south, north] = [south.mul(row) + left, north.mul(row) + left];
     let mut values = [simd.splat(0.0); 4];
-    for (value, index) in values.iter_mut().zip([south, south + one, north, north + one]) {
-        *value = simd.gather(&cover.field.shadow, index);
+    let corners = [south, south + one, north, north + one];
+    for (corner, value) in values.iter_mut().enumerate() {
+        *value = simd.gather(&cover.field.shadow, corners[corner]);
     }
     bilinear::<V>(values, x, y)
 }

@@ -9,7 +9,7 @@ pub use upright::UprightImage;
 use super::cell::{Cell, Scale};
 use super::solids::GROUND;
 use crate::raymarch::scan::PlaneArray;
-use crate::simd::{Floats, Ints, Mask, Simd, Sixteen};
+use crate::simd::{Each, Floats, Ints, Mask, Simd, Sixteen};
 
 /// Inverse depths of neighbouring planes that differ by more than this share of their sum belong to two surfaces.
 const EDGE: f32 = 0.06;
@@ -63,17 +63,22 @@ impl Depths<'_> {
     /// Faces end from one plane to the next: between them there is nothing to interpolate.
     #[inline(always)]
     fn standing<V: Simd>(&self, simd: V, ground: V::F, among: &Among<V>) -> (V::F, V::M) {
-        let [across, along] = self.tilts.map(bytemuck::cast_slice);
+        let [across, along] = self.tilts.each(bytemuck::cast_slice);
         if across.is_empty() {
             return (ground, simd.mask(0));
         }
         let Among { words, shares: [aside, up] } = among;
-        let is_standing = |words: V::I| simd.gather(across, words).lt(simd.splat(GROUND));
-        let stands = words.as_flattened().iter().map(|words| is_standing(*words)).reduce(|a, b| a | b);
-        let Some(stands) = stands.filter(|stands| stands.any()) else { return (ground, simd.mask(0)) };
+        let mut stands = simd.mask(0);
+        for &words in words.as_flattened() {
+            stands = stands | simd.gather(across, words).lt(simd.splat(GROUND));
+        }
+        if !stands.any() {
+            return (ground, stands);
+        }
+
         let half = simd.splat(0.5);
         let (left, below) = (aside.lt(half), up.lt(half));
-        let nearest = words.map(|[west, east]| west.select(left, east));
+        let nearest = words.each(|[west, east]| west.select(left, east));
         let nearest = nearest[0].select(below, nearest[1]);
         let (known, one) = (self.inverse(simd, nearest), simd.splat(1.0));
         let (aside, up) = (aside.select(left, *aside - one), up.select(below, *up - one));
@@ -122,8 +127,7 @@ fn along_surface<V: Simd>(
     is_plain: bool,
     [across, along]: [[V::F; 2]; 2],
 ) -> (V::F, V::M) {
-    let row = |row: i32| [tap(0, row), tap(1, row)];
-    let (lower, upper) = (row(0), row(1));
+    let (lower, upper) = ([tap(0, 0), tap(1, 0)], [tap(0, 1), tap(1, 1)]);
     let low = lower[1].mul_add(across[1], lower[0] * across[0]);
     let high = upper[1].mul_add(across[1], upper[0] * across[0]);
     let straight = high.mul_add(along[1], low * along[0]);
@@ -135,34 +139,28 @@ fn along_surface<V: Simd>(
         return (straight, simd.mask(0));
     }
 
-    let (under, over) = (row(-1), row(2));
+    let (under, over) = ([tap(0, -1), tap(1, -1)], [tap(0, 2), tap(1, 2)]);
     let is_smooth = is_near(simd, EDGE, lower[0], lower[1])
         & is_near(simd, EDGE, upper[0], upper[1])
         & is_even(simd, [under[0], lower[0], upper[0], over[0]])
         & is_even(simd, [under[1], lower[1], upper[1], over[1]]);
     let (is_left, is_below) = (across[1].lt(across[0]), along[1].lt(along[0]));
-    let nearest = |[below, above]: [[V::F; 2]; 2]| {
-        below[0].select(is_left, below[1]).select(is_below, above[0].select(is_left, above[1]))
-    };
+    let sides = [is_left, is_below];
     let zero = simd.splat(0.0);
 
-    // From the nearest to the other one, and to the nearest from the one beyond it; and from the other one to that beyond it.
-    let steps = |other: V::F, beyond: V::F, behind: V::F, known: V::F| {
-        [other - known, known - beyond, behind - other]
-    };
-    let known = nearest([lower, upper]);
-    let by_rows = steps(nearest([upper, lower]), nearest([under, over]), nearest([over, under]), known);
+    let known = nearest::<V>(sides, [lower, upper]);
+    let by_rows = steps_about::<V>(known, sides, [[upper, lower], [under, over], [over, under]]);
     let mut by_planes = [zero; 3];
 
     if is_plain {
         let beside = [[tap(-1, 0), tap(2, 0)], [tap(-1, 1), tap(2, 1)]];
         let others = [[lower[1], lower[0]], [upper[1], upper[0]]];
-        let behind = beside.map(|[left, right]| [right, left]);
-        by_planes = steps(nearest(others), nearest(beside), nearest(behind), known);
+        let behind = beside.each(|[left, right]| [right, left]);
+        by_planes = steps_about::<V>(known, sides, [others, beside, behind]);
     }
 
     let (mut curved, mut on) = (straight, known);
-    for ([there, before, behind], [a, b]) in [(by_planes, across), (by_rows, along)] {
+    for &([there, before, behind], [a, b]) in &[(by_planes, across), (by_rows, along)] {
         on = a.min(b).mul_add(lesser(simd, there, before), on);
         if is_plain {
             let bend = lesser(simd, there - before, behind - there);
@@ -173,6 +171,23 @@ fn along_surface<V: Simd>(
     // An eye at the surface has no steps.
     let found = curved.select(is_smooth, on.max(known * simd.splat(0.5)));
     (found.select(known.lt(simd.splat(AT_EYE)), known), !is_smooth)
+}
+
+/// Of four neighbours, by rows from below, the one that lies to the left and below, where it does.
+#[inline(always)]
+fn nearest<V: Simd>([is_left, is_below]: [V::M; 2], [below, above]: [[V::F; 2]; 2]) -> V::F {
+    below[0].select(is_left, below[1]).select(is_below, above[0].select(is_left, above[1]))
+}
+
+/// Steps from the nearest neighbour to the other one, to the nearest from the one beyond it, and from the other one to that behind it.
+#[inline(always)]
+fn steps_about<V: Simd>(
+    known: V::F,
+    sides: [V::M; 2],
+    [others, beyond, behind]: [[[V::F; 2]; 2]; 3],
+) -> [V::F; 3] {
+    let other = nearest::<V>(sides, others);
+    [other - known, known - nearest::<V>(sides, beyond), nearest::<V>(sides, behind) - other]
 }
 
 /// The lesser of two values of one sign; 0 of two (the minmod limiter, Roe 1986).

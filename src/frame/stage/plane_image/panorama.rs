@@ -3,7 +3,7 @@
 use super::super::cell::{Cell, add};
 use super::{AT_EYE, Among, Depths, LookUp, along_surface, cubic};
 use crate::raymarch::scan::{Annulus, Between, Gaze, Panorama};
-use crate::simd::{Floats, Ints, LANES, Mask, Simd};
+use crate::simd::{Each, Floats, Ints, LANES, Mask, Simd};
 
 /// Looks up what planes around the eye saw.
 pub struct PanoramaImage<'a, V: Simd> {
@@ -65,15 +65,16 @@ impl<V: Simd> LookUp<V> for PanoramaImage<'_, V> {
             let (_, here, between) = self.next(place, left);
             let across = [simd.splat(1.0) - between.share, between.share];
             let mut light = [simd.splat(0.0); 3];
-            for (row, up) in along.into_iter().enumerate() {
+            for (row, &up) in along.iter().enumerate() {
                 let row = self.row(place.below + simd.splat_int(row as i32 - 1));
-                for (plane, weight) in between.words.into_iter().zip(across) {
-                    let words = simd.gather_words(bytemuck::cast_slice(self.cells), plane + row);
-                    add(simd, &mut light, words, weight * up);
+                for (side, plane) in between.words.iter().enumerate() {
+                    let words = simd.gather_words(bytemuck::cast_slice(self.cells), *plane + row);
+                    add(simd, &mut light, words, across[side] * up);
                 }
             }
 
-            for (seen, light) in seen.iter_mut().zip(light) {
+            for (channel, seen) in seen.iter_mut().enumerate() {
+                let light = light[channel];
                 *seen = light.max(simd.splat(0.0)).select(here, *seen);
             }
             left = left & !here;
@@ -104,9 +105,14 @@ impl<V: Simd> LookUp<V> for PanoramaImage<'_, V> {
                 if plane <= 0 { west + rows[(row + 1) as usize] } else { east + rows[(row + 1) as usize] }
             };
             let across = [simd.splat(1.0) - share, share];
-            let tap = |plane, row| self.depths.inverse(simd, word(plane, row));
-            let (ground, is_edge) = along_surface(simd, tap, false, [across, along]);
-            let words = [rows[1], rows[2]].map(|row| [west + row, east + row]);
+            let (ground, is_edge) = along_surface(
+                simd,
+                #[inline(always)]
+                |plane, row| self.depths.inverse(simd, word(plane, row)),
+                false,
+                [across, along],
+            );
+            let words = [rows[1], rows[2]].each(|row| [west + row, east + row]);
             let (found, standing) =
                 self.depths.standing(simd, ground, &Among { words, shares: [share, place.rise] });
             inverse = found.select(here, inverse);

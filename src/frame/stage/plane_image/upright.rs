@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::super::cell::{Cell, add, between};
 use super::{AT_EYE, Among, Depths, LookUp, along_surface, cubic};
 use crate::raymarch::scan::{LevelRow, Upright};
-use crate::simd::{Floats, Ints, LANES, Simd};
+use crate::simd::{Each, Floats, Ints, LANES, Simd};
 
 /// Place of sixteen pixels among planes and rows.
 pub struct UprightPlace<V: Simd> {
@@ -127,9 +127,9 @@ impl<V: Simd> LookUp<V> for UprightImage<'_, V> {
 
         let mut light = [simd.splat(0.0); 3];
         let across = cubic(simd, share);
-        for (row, up) in cubic(simd, rise).into_iter().enumerate() {
+        for (row, &up) in cubic(simd, rise).iter().enumerate() {
             let row = below + simd.splat_int(row as i32 - 1);
-            for (plane, weight) in across.into_iter().enumerate() {
+            for (plane, &weight) in across.iter().enumerate() {
                 let words = self.words(left + simd.splat_int(plane as i32 - 1), row);
                 add(simd, &mut light, words, weight * up);
             }
@@ -156,14 +156,19 @@ impl<V: Simd> LookUp<V> for UprightImage<'_, V> {
         };
 
         // Inverse depth along the optical axis is what is linear from row to row.
-        let [first, per_row] = self.upright.horizontal().map(|depth| simd.splat(depth));
+        let [first, per_row] = self.upright.horizontal().each(|depth| simd.splat(depth));
         let per_depth = place.row.mul_add(per_row, first).recip();
-        let tap = |plane: i32, row: i32| {
-            let at = below.to_float() + simd.splat((row * rows_apart) as f32);
-            self.depths.inverse(simd, word(plane, row)) * (at.mul_add(per_row, first) * per_depth)
-        };
         let one = simd.splat(1.0);
-        let (ground, is_edge) = along_surface(simd, tap, true, [[one - share, share], [one - rise, rise]]);
+        let (ground, is_edge) = along_surface(
+            simd,
+            #[inline(always)]
+            |plane, row| {
+                let at = below.to_float() + simd.splat((row * rows_apart) as f32);
+                self.depths.inverse(simd, word(plane, row)) * (at.mul_add(per_row, first) * per_depth)
+            },
+            true,
+            [[one - share, share], [one - rise, rise]],
+        );
         let words = [[word(0, 0), word(1, 0)], [word(0, 1), word(1, 1)]];
         let (inverse, stands) = self.depths.standing(simd, ground, &Among { words, shares: [share, rise] });
         let zero = simd.splat(0.0);

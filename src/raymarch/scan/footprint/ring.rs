@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::super::{MarchField, PlaneGroup, Strides};
-use crate::simd::LANES;
+use crate::simd::{Each, LANES};
 use crate::voxel::Grid;
 
 /// Group of planes, and what of the surface is seen in it.
@@ -99,7 +99,7 @@ impl Wedge {
         let enter = lanes(&|group| group.over[0]);
         let leave = lanes(&|group| group.over[1]);
         let slopes = groups.iter().flat_map(|FootprintGroup { group, field }| {
-            group.depth.map(|depth| field.tangents.map(|tangent| f64::from(tangent) * f64::from(depth)))
+            group.depth.map(|depth| field.tangents.each(|tangent| f64::from(tangent) * f64::from(depth)))
         });
         let slopes = slopes.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], [least, most]| {
             [low.min(least), high.max(most)]
@@ -142,9 +142,9 @@ impl Wedge {
         let across = eye[1 - self.major];
         let [low, high] = self.across(from, to);
         let mut voxels = [[0; 2]; 2];
-        voxels[self.major] = ends.map(|unit| sides.voxel(unit, self.major));
+        voxels[self.major] = ends.each(|unit| sides.voxel(unit, self.major));
         voxels[1 - self.major] =
-            [across + low - around, across + high + around].map(|unit| sides.voxel(unit, 1 - self.major));
+            [across + low - around, across + high + around].each(|unit| sides.voxel(unit, 1 - self.major));
         voxels
     }
 
@@ -154,7 +154,7 @@ impl Wedge {
         let across = eye[1 - self.major];
         let mut voxels = [[along; 2]; 2];
         voxels[1 - self.major] =
-            self.across(from, to).map(|units| sides.voxel(across + units, 1 - self.major));
+            self.across(from, to).each(|units| sides.voxel(across + units, 1 - self.major));
         voxels
     }
 
@@ -168,7 +168,7 @@ impl Wedge {
             [low, if last >= sides.last[axis] { f64::INFINITY } else { unit(last + 1) }]
         };
         let [along, across] =
-            [self.major, 1 - self.major].map(|axis| border(axis).map(|unit| unit - eye[axis]));
+            [self.major, 1 - self.major].each(|axis| border(axis).each(|unit| unit - eye[axis]));
         let ahead = if self.forward > 0.0 { along[1] } else { -along[0] };
         let [low, high] = self.minor;
         let aside = [

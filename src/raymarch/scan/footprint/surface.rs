@@ -1,5 +1,6 @@
 //! Between which heights the surface lies, told from bounds.
 
+use crate::simd::Each;
 use crate::voxel::{BoundsView, PAGE_SIDE, PageId, PageSource, RADIX};
 use hedgehop_base::error::Result;
 
@@ -34,7 +35,7 @@ impl<'a> CoarseSurface<'a> {
                 let found = match self.page(PageId { level, px, py })? {
                     Some(view) => range_on_page(&view, part),
                     None if level + 1 < self.level_count => {
-                        self.range(level + 1, part.map(|range| range.map(|at| at / RADIX)))?
+                        self.range(level + 1, part.each(|range| range.each(|at| at / RADIX)))?
                     }
                     None => None,
                 };
@@ -50,7 +51,7 @@ impl<'a> CoarseSurface<'a> {
     /// # Errors
     /// As [`Self::range`].
     pub fn page_of(&mut self, level: u8, voxels: [[u32; 2]; 2]) -> Result<Option<BoundsView<'a>>> {
-        let [[px, last_px], [py, last_py]] = voxels.map(|range| range.map(|at| at / PAGE_SIDE));
+        let [[px, last_px], [py, last_py]] = voxels.each(|range| range.each(|at| at / PAGE_SIDE));
         if px == last_px && py == last_py { self.page(PageId { level, px, py }) } else { Ok(None) }
     }
 
@@ -75,7 +76,7 @@ fn part_on_page([first, last]: [u32; 2], page: u32) -> [u32; 2] {
 /// Least lower and greatest upper bound of voxels of the level, first and last along each axis, that all lie on a page; `None` where there
 /// are none.
 pub(super) fn range_on_page(view: &BoundsView<'_>, voxels: [[u32; 2]; 2]) -> Option<[u16; 2]> {
-    let [x, y] = voxels.map(|range| range.map(|at| at % PAGE_SIDE));
+    let [x, y] = voxels.each(|range| range.each(|at| at % PAGE_SIDE));
     let mut range = [u16::MAX, u16::MIN];
     for row in y[0]..=y[1] {
         let row = (row * view.width + x[0]) as usize..=(row * view.width + x[1]) as usize;

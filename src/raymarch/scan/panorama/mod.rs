@@ -35,7 +35,7 @@ pub use directions::Directions;
 
 use super::PlaneGroup;
 use crate::simd::math::atan2;
-use crate::simd::{Floats, LANES, Simd, Sixteen};
+use crate::simd::{Each, Floats, LANES, Simd, Sixteen};
 use crate::space::{Camera, Screen};
 use crate::voxel::Grid;
 
@@ -274,7 +274,7 @@ impl Panorama {
             *turned = x.mul_add(simd.splat(right[axis]), sum);
         }
 
-        let [sine, cosine] = self.ahead.map(|it| simd.splat(it));
+        let [sine, cosine] = self.ahead.each(|it| simd.splat(it));
         let along = direction[0].mul_add(sine, direction[1] * cosine);
         let across = direction[1].neg_mul_add(sine, direction[0] * cosine);
         let square = along.mul_add(along, across * across).max(simd.splat(LEAST_SQUARE));

@@ -1,6 +1,6 @@
 //! Column of rows of one plane: the part that is still free, and the spans that were seen.
 
-use crate::simd::{Floats, Ints, LANES, Mask, Simd, Sixteen, math};
+use crate::simd::{Each, Floats, Ints, LANES, Mask, Simd, Sixteen, math};
 
 /// Parts of a row that opaque matter covers or not, bits of an element.
 const PARTS: f32 = 8.0;
@@ -152,9 +152,9 @@ impl Haze {
     /// Shares of light that it hides from rays of these tangents, 0…1.
     #[inline(always)]
     fn opacity<V: Simd>(&self, simd: V, tangents: V::F) -> V::F {
-        let [low, high] = self.tangents.map(|tangent| simd.splat(tangent));
+        let [low, high] = self.tangents.each(|tangent| simd.splat(tangent));
         let tangents = tangents.max(low).min(high);
-        let [steepest, one] = [STEEPEST, 1.0].map(|value| simd.splat(value));
+        let [steepest, one] = [STEEPEST, 1.0].each(|value| simd.splat(value));
         let slant = (simd.splat(self.level) * tangents).abs().min(steepest);
         let way = slant.mul_add(slant, one).sqrt() * self.passage.share(simd, tangents);
         one - math::exp_neg(simd, way * simd.splat(-self.clearness * std::f32::consts::LN_2))
@@ -166,33 +166,36 @@ impl PlanePassage {
     #[inline(always)]
     fn share<V: Simd>(&self, simd: V, tangents: V::F) -> V::F {
         let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
-        // Heights, not tangents, are linear along the way: where the ray is as high as an end, `near` and `far` count by the depths there.
-        let [from, to] = self.inverse;
-        let crossing = |[near, far]: [f32; 2]| {
-            let begun = (tangents - simd.splat(near)) * simd.splat(to);
-            let left = (simd.splat(far) - tangents) * simd.splat(from);
-            begun / (begun + left)
-        };
         let (mut enter, mut leave) = (zero, one);
         let [near, far] = self.top;
 
         // Sinking beside the ray, or rising above it.
         let passes = simd.splat(near.min(far)).lt(tangents);
         if far < near {
-            leave = leave.min(crossing(self.top)).select(passes, leave);
+            leave = leave.min(self.crossing(simd, tangents, self.top)).select(passes, leave);
         } else {
-            enter = enter.max(crossing(self.top)).select(passes, enter);
+            enter = enter.max(self.crossing(simd, tangents, self.top)).select(passes, enter);
         }
 
         let [near, far] = self.bottom;
         let passes = tangents.lt(simd.splat(near.max(far)));
         if far > near {
-            leave = leave.min(crossing(self.bottom)).select(passes, leave);
+            leave = leave.min(self.crossing(simd, tangents, self.bottom)).select(passes, leave);
         } else {
-            enter = enter.max(crossing(self.bottom)).select(passes, enter);
+            enter = enter.max(self.crossing(simd, tangents, self.bottom)).select(passes, enter);
         }
 
         (leave - enter).max(zero)
+    }
+
+    /// Share of the way at which rays are as high as an end: heights, not tangents, are linear along it, so that `near` and `far` count by
+    /// the depths there.
+    #[inline(always)]
+    fn crossing<V: Simd>(&self, simd: V, tangents: V::F, [near, far]: [f32; 2]) -> V::F {
+        let [from, to] = self.inverse;
+        let begun = (tangents - simd.splat(near)) * simd.splat(to);
+        let left = (simd.splat(far) - tangents) * simd.splat(from);
+        begun / (begun + left)
     }
 }
 
@@ -253,8 +256,8 @@ impl SpanCoverage {
 #[inline(always)]
 fn put<const N: usize>(rows: &mut [[Sixteen; ELEMENTS]], lane: usize, first: usize, values: [&Sixteen; N]) {
     for (row, elements) in rows.iter_mut().enumerate() {
-        for (element, values) in elements[first..].iter_mut().zip(values) {
-            element.0[lane] = values.0[row];
+        for (index, values) in values.iter().enumerate() {
+            elements[first + index].0[lane] = values.0[row];
         }
     }
 }
@@ -343,7 +346,7 @@ impl FreeRows {
             let row = sixteen * LANES;
             let open = !(self.full[row / WORD] >> (row % WORD)) as u16;
             if open != 0 {
-                let within = [low, high].map(|place| place - row as f32);
+                let within = [low, high].each(|place| place - row as f32);
                 self.fill_sixteen(simd, sixteen, OpenStretch { open, within }, light, fill, centres);
             }
         }
@@ -362,19 +365,19 @@ impl FreeRows {
         centres: &Sixteen,
     ) {
         let OpenStretch { open, within } = stretch;
-        let [zero, one, half] = [0.0, 1.0, HALF].map(|value| simd.splat(value));
+        let [zero, one, half] = [0.0, 1.0, HALF].each(|value| simd.splat(value));
         let all = simd.splat_int(ALL);
 
         // Shares of each row at which what fills it begins and ends.
         let [from, to] = [below(simd, within[0]), below(simd, within[1])];
         let open = simd.mask(open) & from.lt(to);
         let centres = simd.load(&centres.0);
-        let [least, most] = fill.bounds.map(|bound| simd.splat(bound));
+        let [least, most] = fill.bounds.each(|bound| simd.splat(bound));
         let inverse = fill.inverse.at(simd, centres).max(least).min(most);
         let opacity = fill.haze.as_ref().map_or(one, |haze| haze.opacity(simd, centres));
         let rows = &mut self.rows[sixteen];
         let covered = simd.load_ints(&rows.covered);
-        let [begin, end] = [from, to].map(|place| place.mul_add(simd.splat(PARTS), half).to_int());
+        let [begin, end] = [from, to].each(|place| place.mul_add(simd.splat(PARTS), half).to_int());
         let bits = (power(simd, end) - power(simd, begin)) & (all - covered);
 
         // What is narrower than a part covers it in part.
@@ -385,8 +388,8 @@ impl FreeRows {
         let hidden = share * opacity;
         let weight = (left * hidden).select(open, zero);
         let add = |value: V::F, sum: &mut Sixteen| weight.mul_add(value, simd.load(&sum.0)).store(&mut sum.0);
-        for (light, sum) in light.into_iter().zip(&mut rows.light) {
-            add(simd.splat(light), sum);
+        for (channel, sum) in rows.light.iter_mut().enumerate() {
+            add(simd.splat(light[channel]), sum);
         }
 
         add(one, &mut rows.share);

@@ -5,7 +5,7 @@ use super::column::{Fill, FreeRows, Haze, LinearTerm, PlanePassage};
 use super::horizon::FloatingHorizon;
 use crate::raymarch::scan::spans::metric::Metric;
 use crate::raymarch::scan::{FaceDirection, FacetLight};
-use crate::simd::{Simd, Sixteen};
+use crate::simd::{Each, Simd, Sixteen};
 use crate::voxel::{Cut, PageId, Span};
 
 /// Distance of walls and upper ends of neighbours that are taken for one, sides of a voxel; as the reference has it.
@@ -77,7 +77,7 @@ impl<L: FacetLight, V: Simd> VoxelCrossing<'_, '_, L, V> {
         let rise_per_step = 0.5 * spacing / Span::SLOPE_STEPS;
 
         // Of two above each other the upper is met first from above the plane between them, the lower from below: outward from the eye, as ends that slope go on to it.
-        let eye = [0, 1].map(|axis| self.ends[0][axis] - self.ahead[axis] / self.inverse[0]);
+        let eye = [0, 1].each(|axis| self.ends[0][axis] - self.ahead[axis] / self.inverse[0]);
         // The steps of `slice::partition_point`, whose closure would be a function of its own without the instruction set. Spans that stand beside
         // each other have no order, so which of them are looked at matters.
         let (mut first, mut size) = (0, spans.len());
@@ -137,10 +137,10 @@ impl<L: FacetLight, V: Simd> VoxelCrossing<'_, '_, L, V> {
         let between = |[near, far]: [f32; 2], share: f32| near + (far - near) * share;
 
         // Inverse depth is not linear in the distance, but 1 / it is.
-        let inverse = cut.map(|share| match share {
+        let inverse = cut.each(|share| match share {
             0.0 => self.inverse[0],
             1.0 => self.inverse[1],
-            _ => 1.0 / between(self.inverse.map(|inverse| 1.0 / inverse), share),
+            _ => 1.0 / between(self.inverse.each(|inverse| 1.0 / inverse), share),
         });
         let [[east, north], [far_east, far_north]] = self.ends;
         let (easts, norths) = ([east, far_east], [north, far_north]);
@@ -149,14 +149,14 @@ impl<L: FacetLight, V: Simd> VoxelCrossing<'_, '_, L, V> {
             [between(easts, cut[1]), between(norths, cut[1])],
         ];
         let slope = span.slopes();
-        let rise = at.map(|at| (slope[0] * at[0] + slope[1] * at[1]) * spacing);
+        let rise = at.each(|at| (slope[0] * at[0] + slope[1] * at[1]) * spacing);
         let top = scale * f32::from(span.high) + self.above;
-        let [top_near, top_far] = [0, 1].map(|end| (top + rise[end]) * inverse[end]);
+        let [top_near, top_far] = [0, 1].each(|end| (top + rise[end]) * inverse[end]);
         let highest = top_near.max(top_far);
         let low_end = scale * f32::from(span.low) + self.above;
         let low_rise = if span.is(Span::PARALLEL) { rise } else { [0.0; 2] };
         let lows =
-            (span.low != Span::GROUND).then(|| [0, 1].map(|end| (low_end + low_rise[end]) * inverse[end]));
+            (span.low != Span::GROUND).then(|| [0, 1].each(|end| (low_end + low_rise[end]) * inverse[end]));
         let lowest = lows.map_or(f32::NEG_INFINITY, |[near, far]| near.min(far));
         let high_row = self.row(highest);
         if highest <= self.floor || self.column.is_full(self.row(lowest), high_row) {
@@ -183,7 +183,7 @@ impl<L: FacetLight, V: Simd> VoxelCrossing<'_, '_, L, V> {
         let lower = [low_far.max(horizon), low_near];
 
         // Along an end inverse depth is linear in the tangent: by as much as the end lies above the eye where it goes on to it.
-        let depth = inverse.map(|inverse| 1.0 / inverse);
+        let depth = inverse.each(|inverse| 1.0 / inverse);
         let has_depths = self.column.has_depths();
         let turning = if has_depths { self.turning(wall, cut[0], at[0], depth[0]) } else { 0.0 };
         let front = (LinearTerm::level(inverse[0]), inverse[0] * turning);
@@ -269,12 +269,12 @@ impl<L: FacetLight, V: Simd> VoxelCrossing<'_, '_, L, V> {
                 break;
             }
             let normal = self.metric.directions[usize::from(cut.facing)];
-            let beyond = self.ends.map(|at| dot(normal, at) - cut.distance() - BY_ROUNDING);
+            let beyond = self.ends.each(|at| dot(normal, at) - cut.distance() - BY_ROUNDING);
             if index == 0 && span.is(Span::STRIP) {
                 let steps = self.metric.scale / self.metric.spacing;
                 let half = 0.5 * f32::from(span.high - span.low.min(span.high)) * steps;
-                within = clip(within, beyond.map(|beyond| beyond - half))?;
-                within = clip(within, beyond.map(|beyond| -beyond - half))?;
+                within = clip(within, beyond.each(|beyond| beyond - half))?;
+                within = clip(within, beyond.each(|beyond| -beyond - half))?;
             } else {
                 within = clip(within, beyond)?;
             }
@@ -292,7 +292,7 @@ impl<L: FacetLight, V: Simd> VoxelCrossing<'_, '_, L, V> {
             Wall { facing: cut.facing, normal, before: cut.distance() - dot(normal, at), is_joint }
         };
         let nearer = |one: Wall, other: Wall| if other.before < one.before { other } else { one };
-        match span.cuts.map(Cut::is_wall) {
+        match span.cuts.each(Cut::is_wall) {
             [false, ..] => None,
             [true, false, _] => Some(wall(0)),
             [true, true, false] => Some(nearer(wall(0), wall(1))),
@@ -337,7 +337,7 @@ impl<L: FacetLight, V: Simd> VoxelCrossing<'_, '_, L, V> {
 fn above_ground([near, far]: [f32; 2], horizon: [f32; 2]) -> [f32; 2] {
     let above = [near - horizon[0], far - horizon[1]];
     let crossing = || near + (far - near) * (above[0] / (above[0] - above[1]));
-    match above.map(|above| above >= 0.0) {
+    match above.each(|above| above >= 0.0) {
         [true, true] => [f32::NEG_INFINITY, f32::INFINITY],
         [true, false] => [f32::NEG_INFINITY, crossing()],
         [false, true] => [crossing(), f32::INFINITY],

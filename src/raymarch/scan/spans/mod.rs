@@ -43,7 +43,7 @@ use self::walk::{VoxelStep, Walk};
 use super::{MarchField, PlaneGroup, Profile, RowTable};
 use crate::raymarch::blocks::{Blocks, corner_on_page};
 use crate::raymarch::scan::spans::metric::Metric;
-use crate::simd::{Isa, Kernel, LANES, Simd, Sixteen};
+use crate::simd::{Each, Isa, Kernel, LANES, Simd, Sixteen};
 use crate::voxel::{BLOCK_SIDE, Cut, Grid, PageId, PageSource, Span, SpanBlock, SpansView};
 use hedgehop_base::error::Result;
 
@@ -202,10 +202,10 @@ impl<L: FacetLight> Plane<'_, '_, L> {
     #[inline(always)]
     fn follow<V: Simd>(mut self, simd: V) -> Result<()> {
         let SpanScan { eye, group, until, .. } = self.standing;
-        let [enter, leave] = group.over.map(|over| f64::from(over[self.lane]));
+        let [enter, leave] = group.over.each(|over| f64::from(over[self.lane]));
         let (from, to) = (enter.max(LEAST_DISTANCE), leave.min(until));
-        let size = [self.march.grid.nx, self.march.grid.ny].map(|side| i64::from(side) - 1);
-        let blocks = size.map(|last| [0, last / i64::from(BLOCK_SIDE)]);
+        let size = [self.march.grid.nx, self.march.grid.ny].each(|side| i64::from(side) - 1);
+        let blocks = size.each(|last| [0, last / i64::from(BLOCK_SIDE)]);
         let side = f64::from(BLOCK_SIDE);
 
         for block in Walk::new([eye.x, eye.y], self.way, side, blocks, [from, to]) {
@@ -237,7 +237,7 @@ impl<L: FacetLight> Plane<'_, '_, L> {
     #[inline(always)]
     fn is_hidden(&mut self, spans: &SpanBlock, block: &VoxelStep) -> bool {
         let tangents = |code: u16| {
-            [block.enter, block.leave].map(|at| (self.height(code, at) / (self.depth * at)) as f32)
+            [block.enter, block.leave].each(|at| (self.height(code, at) / (self.depth * at)) as f32)
         };
         let [near, far] = tangents(spans.high);
         let high = near.max(far);
@@ -284,7 +284,7 @@ impl<L: FacetLight> Plane<'_, '_, L> {
             base: -above(block.enter, block.leave) / metric.code.scale,
             per_unit: f64::from(self.floor) * depth / metric.code.scale,
         };
-        let first_voxel = block.cell.map(|cell| cell * i64::from(BLOCK_SIDE));
+        let first_voxel = block.cell.each(|cell| cell * i64::from(BLOCK_SIDE));
         self.course.pass(simd, first_voxel, stands.tops(), [block.enter, block.leave], veil, passed);
 
         for voxel in passed.voxels() {
@@ -302,7 +302,7 @@ impl<L: FacetLight> Plane<'_, '_, L> {
                 centres,
                 ground: self.ground,
                 level: depth as f32 / (self.ground * metric.spacing),
-                ahead: self.way.map(|way| (way / depth) as f32),
+                ahead: self.way.each(|way| (way / depth) as f32),
                 beside: self.beside,
                 floor: self.floor,
                 hidden: self.hidden,

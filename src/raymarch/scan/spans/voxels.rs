@@ -13,7 +13,7 @@
 //! ```
 
 use crate::raymarch::scan::spans::metric::LEAST_DISTANCE;
-use crate::simd::{Floats, Ints, LANES, Mask, Simd, Sixteen};
+use crate::simd::{Each, Floats, Ints, LANES, Mask, Simd, Sixteen};
 use crate::voxel::BLOCK_SIDE;
 
 const SIDE: f64 = BLOCK_SIDE as f64;
@@ -91,7 +91,7 @@ impl PlaneCourse {
             way,
             depth,
             axis,
-            senses: [along, across].map(|way| if way < 0.0 { -1.0 } else { 1.0 }),
+            senses: [along, across].each(|way| if way < 0.0 { -1.0 } else { 1.0 }),
             per_column: 1.0 / along.abs(),
             climb,
             columns: (1.0 / climb).min(FAR),
@@ -110,7 +110,7 @@ impl PlaneCourse {
         veil: VoxelVeil,
         passed: &mut Passed,
     ) {
-        let [column, second] = [&COLUMNS, &SECOND].map(|lanes| simd.load(lanes));
+        let [column, second] = [&COLUMNS, &SECOND].each(|lanes| simd.load(lanes));
         let (zero, one, half) = (simd.splat(0.0), simd.splat(1.0), simd.splat(0.5));
         let [forward, upward] = self.senses;
 
@@ -127,7 +127,7 @@ impl PlaneCourse {
         let voxel = voxel + second;
 
         // Columns from the first one's near side.
-        let columns = [enter, leave].map(|at| simd.splat(((at - start) / self.per_column) as f32));
+        let columns = [enter, leave].each(|at| simd.splat(((at - start) / self.per_column) as f32));
         let from = border.mul_add(second, column).max(columns[0]);
         let to = (one - border).mul_add(second, border + column).min(columns[1]);
         let last = SIDE as f32 - 1.0;
@@ -142,7 +142,7 @@ impl PlaneCourse {
         let top = simd.gather(tops, place);
         let per_column = simd.splat(self.per_column as f32);
         let distance = |column: V::F| (column - columns[0]).mul_add(per_column, simd.splat(enter as f32));
-        let distances = [from, to].map(distance);
+        let distances = [from, to].each(distance);
 
         // Whichever end it is deeper hidden at has the last word.
         let end = distances[usize::from(veil.per_unit < 0.0)];
@@ -153,11 +153,12 @@ impl PlaneCourse {
         }
 
         place.store(&mut passed.places);
-        let centre = [column, voxel].map(|at| at + half);
-        let senses = [forward, upward].map(|sense| simd.splat(sense));
+        let centre = [column, voxel].each(|at| at + half);
+        let senses = [forward, upward].each(|sense| simd.splat(sense));
         let depth = simd.splat(self.depth as f32);
 
-        for (end, (column, distance)) in [from, to].into_iter().zip(distances).enumerate() {
+        for end in 0..2 {
+            let (column, distance) = ([from, to][end], distances[end]);
             let distance = distance.max(simd.splat(LEAST_DISTANCE as f32));
             distance.store(&mut passed.distances[end].0);
             (one / (depth * distance)).store(&mut passed.inverse[end].0);
@@ -178,9 +179,9 @@ impl Passed {
             lanes &= lanes.wrapping_sub(1);
             (lane < LANES).then(|| PassedVoxel {
                 place: self.places[lane] as usize,
-                distances: self.distances.each_ref().map(|ends| ends.0[lane]),
-                inverse: self.inverse.each_ref().map(|ends| ends.0[lane]),
-                at: self.at.each_ref().map(|at| at.each_ref().map(|ends| ends.0[lane])),
+                distances: self.distances.each_ref().each(|ends| ends.0[lane]),
+                inverse: self.inverse.each_ref().each(|ends| ends.0[lane]),
+                at: self.at.each_ref().each(|at| at.each_ref().each(|ends| ends.0[lane])),
             })
         })
     }

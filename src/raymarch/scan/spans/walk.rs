@@ -1,5 +1,7 @@
 //! Square cells along a plane.
 
+use crate::simd::Each;
+
 /// One cell on the way, and the major distances between which the plane is in it, units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct VoxelStep {
@@ -57,10 +59,10 @@ impl Iterator for Walk {
         let crosses = [up >= across, up < across];
         let (cell, enter) = (self.cell, self.at);
         let leave = across.min(up).min(self.end).max(enter);
-        self.cell = [0, 1].map(|axis| cell[axis] + if crosses[axis] { self.step[axis] } else { 0 });
+        self.cell = [0, 1].each(|axis| cell[axis] + if crosses[axis] { self.step[axis] } else { 0 });
         self.border =
-            [0, 1].map(|axis| self.border[axis] + if crosses[axis] { self.per_cell[axis] } else { 0.0 });
-        let is_within = [0, 1].map(|axis| {
+            [0, 1].each(|axis| self.border[axis] + if crosses[axis] { self.per_cell[axis] } else { 0.0 });
+        let is_within = [0, 1].each(|axis| {
             let [first, last] = self.limits[axis];
             (self.cell[axis] >= first) & (self.cell[axis] <= last)
         });
