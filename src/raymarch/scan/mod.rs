@@ -46,6 +46,7 @@ mod rims;
 mod row_table;
 mod shape;
 mod spans;
+mod start;
 mod strides;
 #[cfg(test)]
 mod tests;
