@@ -1,12 +1,12 @@
 //! Light of what stands on the ground: faces of spans.
 
-use crate::simd::Each;
 use std::sync::Arc;
 
 use glam::{Vec2, Vec3};
 
 use super::VisualSensor;
 use crate::raymarch::scan::{FaceDirection, FacetLight};
+use crate::simd::Each;
 use crate::sunlight::{SHADE_APRON, ShadePage, Shades};
 use crate::voxel::{PageId, PageSource, Span};
 use hedgehop_base::colour::linear_from_srgb8;

@@ -56,8 +56,7 @@ impl VisualSensor {
         let share = holds.max(zero).min(one) * simd.splat(self.cover.snow as f32);
         let mut covered = bare;
         for (channel, covered) in covered.iter_mut().enumerate() {
-            let snow = SNOW[channel];
-            *covered = (simd.splat(snow) - *covered).mul_add(share, *covered);
+            *covered = (simd.splat(SNOW[channel]) - *covered).mul_add(share, *covered);
         }
         covered
     }

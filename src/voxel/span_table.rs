@@ -10,11 +10,11 @@
 //! counting bits (Jacobson, "Space-efficient static trees and graphs", 1989). Objects that are [placed](super::Placement) on the
 //! page are listed by each block that they reach; [`super::BlockSpans`] has their spans as well.
 
-use crate::simd::Each;
 use std::ops::Range;
 
 use super::format::{PLANE_ALIGNMENT, spans as at};
 use super::{HeightCode, Placement, SharedObjects, Span};
+use crate::simd::Each;
 use hedgehop_base::Size;
 
 /// Voxels along the side of a block.

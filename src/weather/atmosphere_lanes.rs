@@ -118,8 +118,8 @@ impl AtmosphereLanes {
     pub fn face(&mut self, group: &PlaneGroup) {
         if let Some(FogAndGlow { glow: Some(glow), sunward, .. }) = &mut self.fog_and_glow {
             let sun = [glow.to_sun.x, glow.to_sun.y];
-            for (channel, sunward) in sunward.0.iter_mut().enumerate() {
-                let minor = group.minor[channel];
+            for (lane, sunward) in sunward.0.iter_mut().enumerate() {
+                let minor = group.minor[lane];
                 let ahead = group.forward as f32;
                 let along = ahead * sun[group.major] + minor * sun[1 - group.major];
                 *sunward = along / minor.hypot(ahead);
@@ -178,8 +178,7 @@ impl AtmosphereLanes {
         if FOG_OR_GLOW && let Some(fog_and_glow) = &self.fog_and_glow {
             let mut light = radiance;
             for (channel, light) in light.iter_mut().enumerate() {
-                let unit = UNITS[channel];
-                *light = *light * simd.splat(unit);
+                *light = *light * simd.splat(UNITS[channel]);
             }
             return self.over_with(simd, fog_and_glow, light, range, rise);
         }
@@ -283,8 +282,7 @@ impl AtmosphereLanes {
         let through = self.through(simd, before, simd.splat(fog.below));
         let mut floor = mixed::<V>(horizon, colour, through);
         for (channel, floor) in floor.iter_mut().enumerate() {
-            let sky = sky[channel];
-            *floor = floor.select(up.lt(zero), sky);
+            *floor = floor.select(up.lt(zero), sky[channel]);
         }
 
         floor
@@ -346,8 +344,7 @@ impl EyeFog {
 fn mixed<V: Simd>(from: [V::F; 3], to: [V::F; 3], share: V::F) -> [V::F; 3] {
     let mut mixed = from;
     for (channel, mixed) in mixed.iter_mut().enumerate() {
-        let to = to[channel];
-        *mixed = (to - *mixed).mul_add(share, *mixed);
+        *mixed = (to[channel] - *mixed).mul_add(share, *mixed);
     }
     mixed
 }
@@ -356,8 +353,7 @@ fn mixed<V: Simd>(from: [V::F; 3], to: [V::F; 3], share: V::F) -> [V::F; 3] {
 #[inline(always)]
 fn splat_all<V: Simd>(simd: V, light: &mut [V::F; 3], colour: [f32; 3]) {
     for (channel, light) in light.iter_mut().enumerate() {
-        let value = colour[channel];
-        *light = simd.splat(value);
+        *light = simd.splat(colour[channel]);
     }
 }
 

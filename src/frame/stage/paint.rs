@@ -109,8 +109,7 @@ impl<const FOG_OR_GLOW: bool> Kernel for Painting<'_, '_, FOG_OR_GLOW> {
             let seen = air.haze::<V, FOG_OR_GLOW>(simd, colour, slant * depth, slope * depth);
             let mut light = PlaneLight::default();
             for (channel, light) in light.iter_mut().enumerate() {
-                let seen = seen[channel];
-                seen.store(&mut light.0);
+                seen[channel].store(&mut light.0);
             }
 
             lights.push(light);

@@ -67,8 +67,7 @@ impl Kernel for SpanPaint<'_> {
             let per_share = share.max(simd.splat(LEAST_SHARE)).recip();
             let mut light = [zero; 3];
             for (channel, light) in light.iter_mut().enumerate() {
-                let sum = seen[channel];
-                *light = simd.load(&sum.0) * per_share;
+                *light = simd.load(&seen[channel].0) * per_share;
             }
 
             let inverse = (simd.load(&seen[4].0) * per_share).select(shows, one);
@@ -87,9 +86,8 @@ impl Kernel for SpanPaint<'_> {
                 let middle = simd.load(&seen[5].0);
                 let stands = zero.lt(middle);
                 middle.store_masked(stands, &mut known.0);
-                for (channel, tilts) in self.tilts.iter_mut().enumerate() {
-                    let seen = &seen[6..][channel];
-                    simd.load(&seen.0).store_masked(stands, &mut tilts[row].0);
+                for (axis, tilts) in self.tilts.iter_mut().enumerate() {
+                    simd.load(&seen[6 + axis].0).store_masked(stands, &mut tilts[row].0);
                 }
             }
         }

@@ -1,9 +1,9 @@
 //! The highest surface in a block, from the voxels' upper bounds.
 
-use crate::simd::Each;
 use std::ops::Range;
 
 use super::Pages;
+use crate::simd::Each;
 use crate::voxel::{PAGE_SIDE, PageId, RADIX};
 use hedgehop_base::error::Result;
 

@@ -104,8 +104,8 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         let inverse = (self.ground.depth * at).recip();
         let mark = self.crossing(post.line, crosses, share);
         let mut slopes = cells;
-        for (channel, slope) in slopes.iter_mut().enumerate() {
-            let cell = cells[channel];
+        for (side, slope) in slopes.iter_mut().enumerate() {
+            let cell = cells[side];
             let codes = self.ground.cell(lines, line, [cell, column - cell], along);
             *slope = self.slope(self.ground.height(codes, at), inverse);
         }

@@ -163,9 +163,8 @@ impl<'a> Posts<'a> {
         let Some(shade) = self.lamp.shade else { return simd.splat(1.0) };
         let bytes: [u8; LANES] = from(&shade.shares, y * shade.stride + x);
         let mut shares = [0.0; LANES];
-        for (channel, share) in shares.iter_mut().enumerate() {
-            let byte = bytes[channel];
-            *share = f32::from(byte);
+        for (lane, share) in shares.iter_mut().enumerate() {
+            *share = f32::from(bytes[lane]);
         }
         simd.load(&shares) * simd.splat(1.0 / 255.0)
     }

@@ -144,8 +144,7 @@ fn along_surface<V: Simd>(
         & is_near(simd, EDGE, upper[0], upper[1])
         & is_even(simd, [under[0], lower[0], upper[0], over[0]])
         & is_even(simd, [under[1], lower[1], upper[1], over[1]]);
-    let (is_left, is_below) = (across[1].lt(across[0]), along[1].lt(along[0]));
-    let sides = [is_left, is_below];
+    let sides = [across[1].lt(across[0]), along[1].lt(along[0])];
     let zero = simd.splat(0.0);
 
     let known = nearest::<V>(sides, [lower, upper]);
@@ -173,13 +172,15 @@ fn along_surface<V: Simd>(
     (found.select(known.lt(simd.splat(AT_EYE)), known), !is_smooth)
 }
 
-/// Of four neighbours, by rows from below, the one that lies to the left and below, where it does.
+/// Returns the nearest of four neighbours, given by rows, the lower row first: the left one in planes where `is_left`, of the lower row in
+/// planes where `is_below`.
 #[inline(always)]
 fn nearest<V: Simd>([is_left, is_below]: [V::M; 2], [below, above]: [[V::F; 2]; 2]) -> V::F {
     below[0].select(is_left, below[1]).select(is_below, above[0].select(is_left, above[1]))
 }
 
-/// Steps from the nearest neighbour to the other one, to the nearest from the one beyond it, and from the other one to that behind it.
+/// Returns three steps of inverse depth, 1/metres, along one axis: from the nearest neighbour (`known`) to the other one, from the one
+/// beyond the nearest to it, and from the other one to the one behind that.
 #[inline(always)]
 fn steps_about<V: Simd>(
     known: V::F,
