@@ -4,6 +4,7 @@
 //! of the last result taken, so that the reorder buffer is bounded. The first error *by number* wins, whichever
 //! thread was faster: a failing build says the same on every machine.
 
+use std::any::Any;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -15,8 +16,14 @@ use hedgehop_base::progress::Observer;
 /// Tasks in flight or waiting for their turn, per worker.
 pub(super) const AHEAD: u64 = 3;
 
+/// Result of a task of any type.
+type Answer = Box<dyn Any + Send>;
+
+/// Function that does one task after the other, with a state of its own.
+type Worker<'w> = Box<dyn FnMut(u64) -> Result<Answer> + 'w>;
+
 /// Runs tasks `0..count`: `work` on `threads` threads, each with a state from `prepare`; `take` here, in order.
-pub(super) fn in_order<S, R: Send>(
+pub(super) fn in_order<S, R: Send + 'static>(
     count: u64,
     threads: usize,
     observer: &dyn Observer,
@@ -24,20 +31,38 @@ pub(super) fn in_order<S, R: Send>(
     work: impl Fn(&mut S, u64) -> Result<R> + Sync,
     mut take: impl FnMut(u64, R) -> Result<()>,
 ) -> Result<()> {
+    let (prepare, work) = (&prepare, &work);
+    let hire = || -> Worker<'_> {
+        let mut state = prepare();
+        Box::new(move |task| work(&mut state, task).map(|result| Box::new(result) as Answer))
+    };
+
+    run(count, threads, observer, &hire, &mut |task, answer| {
+        take(task, *answer.downcast().expect("answers are of the type that tasks return"))
+    })
+}
+
+/// Runs tasks of any type: threads and queues are compiled once, whatever the tasks are.
+fn run<'w>(
+    count: u64,
+    threads: usize,
+    observer: &dyn Observer,
+    hire: &(dyn Fn() -> Worker<'w> + Sync),
+    take: &mut dyn FnMut(u64, Answer) -> Result<()>,
+) -> Result<()> {
     let threads = threads.max(1);
     let window = AHEAD * threads as u64;
     let (tasks, inbox) = channel::bounded::<u64>(window as usize);
-    let (outbox, results) = channel::bounded::<(u64, Result<R>)>(window as usize);
+    let (outbox, results) = channel::bounded::<(u64, Result<Answer>)>(window as usize);
     let stop = AtomicBool::new(false);
 
     std::thread::scope(|scope| {
         for _ in 0..threads {
-            let (inbox, outbox) = (inbox.clone(), outbox.clone());
-            let (prepare, work, stop) = (&prepare, &work, &stop);
+            let (inbox, outbox, stop) = (inbox.clone(), outbox.clone(), &stop);
             scope.spawn(move || {
-                let mut state = prepare();
+                let mut worker = hire();
                 for task in inbox {
-                    if stop.load(Ordering::Relaxed) || outbox.send((task, work(&mut state, task))).is_err() {
+                    if stop.load(Ordering::Relaxed) || outbox.send((task, worker(task))).is_err() {
                         break;
                     }
                 }
