@@ -1,4 +1,7 @@
 //! Lanes as arrays: what every target has, and the twin that the others are tested against.
+//!
+//! Functions of several instructions an element stay out of line: kernels would take twice as long to compile with them, and
+//! are no faster for it.
 
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Not, Sub};
 
@@ -139,18 +142,18 @@ impl Simd for Portable {
     fn load_ints(self, values: &[i32; LANES]) -> I {
         I(*values)
     }
-    #[inline(always)]
+    #[inline(never)]
     fn load_shorts(self, values: &[u16; LANES]) -> I {
         I(each!(*values, |a| i32::from(a)))
     }
-    #[inline(always)]
+    #[inline(never)]
     fn load_triples(self, values: &[u8; 3 * LANES]) -> I {
         I(lanes!(|lane| {
             let at = 3 * lane;
             i32::from_le_bytes([values[at], values[at + 1], values[at + 2], 0])
         }))
     }
-    #[inline(always)]
+    #[inline(never)]
     fn load_fives(self, values: &[u8; 5 * LANES]) -> [I; 2] {
         let four = lanes!(|lane| {
             let at = 5 * lane;
@@ -158,21 +161,21 @@ impl Simd for Portable {
         });
         [I(four), I(lanes!(|lane| i32::from(values[5 * lane + 4])))]
     }
-    #[inline(always)]
+    #[inline(never)]
     fn mask(self, bits: u16) -> M {
         M(lanes!(|lane| yes(bits >> lane & 1 != 0)))
     }
-    #[inline(always)]
+    #[inline(never)]
     fn gather(self, table: &[f32], index: I) -> F {
         let last = table.len() - 1;
         F(each!(index.0, |index| table[(index as u32 as usize).min(last)]))
     }
-    #[inline(always)]
+    #[inline(never)]
     fn gather_words(self, table: &[u32], index: I) -> I {
         let last = table.len() - 1;
         I(each!(index.0, |index| table[(index as u32 as usize).min(last)] as i32))
     }
-    #[inline(always)]
+    #[inline(never)]
     fn gather_pairs(self, table: &[u16], index: I) -> I {
         let last = table.len() - 2;
         I(each!(index.0, |index| {
@@ -180,14 +183,14 @@ impl Simd for Portable {
             (u32::from(table[index]) | u32::from(table[index + 1]) << 16) as i32
         }))
     }
-    #[inline(always)]
+    #[inline(never)]
     fn permute_pairs(self, near: &[u16; 2 * LANES], index: I) -> I {
         I(each!(index.0, |index| {
             let (low, high) = (near[index as usize % (2 * LANES)], near[(index + 1) as usize % (2 * LANES)]);
             i32::from(low) | i32::from(high) << 16
         }))
     }
-    #[inline(always)]
+    #[inline(never)]
     fn gather_word_pairs(self, table: &[u32], index: I) -> (I, I) {
         let last = table.len() - 2;
         let first: [usize; LANES] = each!(index.0, |index| (index as u32 as usize).min(last));
@@ -195,7 +198,7 @@ impl Simd for Portable {
     }
     #[inline(always)]
     fn prefetch<T>(self, _: &[T], _: usize) {}
-    #[inline(always)]
+    #[inline(never)]
     fn store_triples(self, values: I, target: &mut [u8; 3 * LANES]) {
         // Four lanes make three words.
         for (target, lanes) in target.as_chunks_mut::<12>().0.iter_mut().zip(values.0.as_chunks::<4>().0) {
@@ -206,7 +209,7 @@ impl Simd for Portable {
             }
         }
     }
-    #[inline(always)]
+    #[inline(never)]
     fn permute_neighbours(self, low: F, high: F, index: I) -> [F; 2] {
         let mut all = [0.0; 2 * LANES];
         all[..LANES].copy_from_slice(&low.0);
@@ -238,7 +241,7 @@ impl Floats for F {
     fn max(self, other: Self) -> Self {
         Self(both!(self.0, other.0, |a, b| if a > b { a } else { b }))
     }
-    #[inline(always)]
+    #[inline(never)]
     fn sqrt(self) -> Self {
         Self(each!(self.0, |a| a.sqrt()))
     }
@@ -246,11 +249,11 @@ impl Floats for F {
     fn abs(self) -> Self {
         Self(each!(self.0, |a| a.abs()))
     }
-    #[inline(always)]
+    #[inline(never)]
     fn recip(self) -> Self {
         Self(each!(self.0, |a| 1.0 / a))
     }
-    #[inline(always)]
+    #[inline(never)]
     fn rsqrt(self) -> Self {
         Self(each!(self.0, |a| 1.0 / a.sqrt()))
     }
@@ -258,14 +261,14 @@ impl Floats for F {
     fn sqrt_rough(self) -> Self {
         self.sqrt()
     }
-    #[inline(always)]
+    #[inline(never)]
     fn to_int(self) -> I {
         I(each!(self.0, |a| {
             let nearest = a + WHOLE;
             nearest.to_bits().wrapping_sub(WHOLE.to_bits()) as i32 - i32::from(nearest - WHOLE > a)
         }))
     }
-    #[inline(always)]
+    #[inline(never)]
     fn floor(self) -> Self {
         Self(each!(self.0, |a| {
             let nearest = (a + WHOLE) - WHOLE;
@@ -285,11 +288,11 @@ impl Floats for F {
     fn select(self, mask: M, other: Self) -> Self {
         self.to_bits().select(mask, other.to_bits()).as_floats()
     }
-    #[inline(always)]
+    #[inline(never)]
     fn least(self) -> f32 {
         halve!(self.0, |a, b| if a < b { a } else { b })
     }
-    #[inline(always)]
+    #[inline(never)]
     fn greatest(self) -> f32 {
         halve!(self.0, |a, b| if a > b { a } else { b })
     }
@@ -331,7 +334,7 @@ impl Ints for I {
     fn shl<const N: u32>(self) -> Self {
         Self(each!(self.0, |a| a << N))
     }
-    #[inline(always)]
+    #[inline(never)]
     fn mul(self, other: Self) -> Self {
         Self(both!(self.0, other.0, |a, b| a.wrapping_mul(b)))
     }
@@ -357,7 +360,7 @@ impl Ints for I {
         let others = both!(other.0, mask.0, |a, mask| a & !mask as i32);
         Self(both!(chosen, others, |a, b| a | b))
     }
-    #[inline(always)]
+    #[inline(never)]
     fn least(self, mask: M) -> i32 {
         halve!(self.select(mask, Self([i32::MAX; LANES])).0, |a, b| if a < b { a } else { b })
     }
@@ -376,7 +379,7 @@ impl Mask for M {
     fn all(self) -> bool {
         halve!(self.0, |a, b| a & b) == u32::MAX
     }
-    #[inline(always)]
+    #[inline(never)]
     fn bits(self) -> u16 {
         let bits: [u32; LANES] = lanes!(|lane| (self.0[lane] & 1) << lane);
         halve!(bits, |a, b| a | b) as u16

@@ -1,5 +1,7 @@
 //! A band of rows of the screen: the lattice's rays, then pixels between them.
 
+use std::ops::Range;
+
 use crate::pixels::Pixels;
 use crate::simd::{Floats, Ints, Kernel, LANES, Mask, Simd, Sixteen};
 use crate::weather::clouds::CloudStage;
@@ -219,10 +221,70 @@ struct Chunk<'s, 'c, V> {
     row: usize,
 }
 
+/// Pixels of a chunk by rays of their own.
+struct OwnRays<'k, 's, 'c, 'p, V: Simd> {
+    chunk: &'k Chunk<'s, 'c, V>,
+    light: &'k mut Pixels<'p>,
+    pixels: Range<usize>,
+    range: V::F,
+}
+
+impl<V: Simd> Kernel for OwnRays<'_, '_, '_, '_, V> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) {
+        self.chunk.march(self.light, self.pixels, self.range);
+    }
+}
+
+/// Pixels of a chunk behind the clouds that were found before them.
+struct Veiling<'k, 's, 'c, 'p, V: Simd> {
+    chunk: &'k Chunk<'s, 'c, V>,
+    light: &'k mut Pixels<'p>,
+    pixels: Range<usize>,
+    veil: &'k CloudVeil<V>,
+    direction: [V::F; 3],
+    range: V::F,
+    is_ground: V::M,
+}
+
+impl<V: Simd> Kernel for Veiling<'_, '_, '_, '_, V> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) {
+        self.veil();
+    }
+}
+
+/// Clouds before pixels that end within the layer.
+struct WithinLayer<'k, 'l, V: Simd> {
+    simd: V,
+    places: &'k LatticeRow<'l>,
+    columns: [V::I; 2],
+    across: V::F,
+    gone: V::F,
+}
+
+impl<V: Simd> Kernel for WithinLayer<'_, '_, V> {
+    type Output = CloudVeil<V>;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) -> CloudVeil<V> {
+        self.places.within(self.simd, self.columns, self.across, self.gone)
+    }
+}
+
 impl<V: Simd> Chunk<'_, '_, V> {
     /// Pixels about which the lattice has no ray for all.
     #[inline(always)]
-    fn by_rays(&self, light: &mut Pixels<'_>, pixels: std::ops::Range<usize>, range: V::F) {
+    fn by_rays(&self, light: &mut Pixels<'_>, pixels: Range<usize>, range: V::F) {
+        self.simd.call(OwnRays { chunk: self, light, pixels, range });
+    }
+
+    #[inline(always)]
+    fn march(&self, light: &mut Pixels<'_>, pixels: Range<usize>, range: V::F) {
         let Self { simd, stage, column, row } = *self;
         let mut parts = [[0.0; LANES]; 3];
         let mut seen = 0_u16;
@@ -239,17 +301,11 @@ impl<V: Simd> Chunk<'_, '_, V> {
         rays.span = rays.span.select(simd.mask(seen), simd.splat(0.0));
         let veil = rays.march(simd, &stage.cover, &stage.air, None);
         let is_ground = range.lt(simd.splat(SKY)) & simd.mask(seen);
-        self.put(light, pixels, &veil, direction, range, is_ground);
+        simd.call(Veiling { chunk: self, light, pixels, veil: &veil, direction, range, is_ground });
     }
 
     #[inline(always)]
-    fn by_lattice(
-        &self,
-        light: &mut Pixels<'_>,
-        pixels: std::ops::Range<usize>,
-        range: V::F,
-        places: &LatticeRow<'_>,
-    ) {
+    fn by_lattice(&self, light: &mut Pixels<'_>, pixels: Range<usize>, range: V::F, places: &LatticeRow<'_>) {
         let Self { simd, stage, column, .. } = *self;
         let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
         let mut columns = [0.0; LANES];
@@ -288,7 +344,8 @@ impl<V: Simd> Chunk<'_, '_, V> {
             veil = CloudVeil { light: [red, green, blue], through };
             if ends.any() {
                 let gone = range - rays.near;
-                let within = places.within(simd, [left, right], across, gone);
+                let columns = [left, right];
+                let within = simd.call(WithinLayer { simd, places, columns, across, gone });
                 for (light, within) in veil.light.iter_mut().zip(within.light) {
                     *light = within.select(ends, *light);
                 }
@@ -301,21 +358,16 @@ impl<V: Simd> Chunk<'_, '_, V> {
             veil.through = veil.through.select(enters, one);
         }
 
-        self.put(light, pixels, &veil, direction, range, is_ground);
+        simd.call(Veiling { chunk: self, light, pixels, veil: &veil, direction, range, is_ground });
     }
+}
 
+impl<V: Simd> Veiling<'_, '_, '_, '_, V> {
     /// Writes pixels anew: ground in the shadow of clouds, and clouds before it.
     #[inline(always)]
-    fn put(
-        &self,
-        light: &mut Pixels<'_>,
-        pixels: std::ops::Range<usize>,
-        veil: &CloudVeil<V>,
-        direction: [V::F; 3],
-        range: V::F,
-        is_ground: V::M,
-    ) {
-        let (simd, stage) = (self.simd, self.stage);
+    fn veil(self) {
+        let Self { chunk: &Chunk { simd, stage, .. }, light, pixels, veil, direction, range, is_ground } =
+            self;
         let one = simd.splat(1.0);
         let mut seen = light.load(simd, pixels.clone());
         let before = seen;
