@@ -50,6 +50,15 @@ pub fn standing_on(
     objects: bool,
     spans_of: impl Fn(u32, u32) -> Vec<Span>,
 ) -> MemPages {
+    raised(&ground_of, objects, &spans_of)
+}
+
+/// Raises them; compiled once for all grounds and spans.
+fn raised(
+    ground_of: &dyn Fn(u32, u32) -> f64,
+    objects: bool,
+    spans_of: &dyn Fn(u32, u32) -> Vec<Span>,
+) -> MemPages {
     const PART: u32 = 20;
     const FOOT: u16 = 5000;
 

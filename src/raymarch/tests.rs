@@ -8,6 +8,11 @@ use crate::space::{Attitude, Camera, Footprint, Pose};
 use crate::voxel::{Attributes, Grid, HeightCode, MemPages, Metadata, PageSource, build_in_memory};
 
 pub(super) fn terrain(nx: u32, ny: u32, height: impl Fn(u32, u32) -> f64) -> MemPages {
+    terrain_of(nx, ny, &height)
+}
+
+/// Builds it; compiled once for all heights.
+fn terrain_of(nx: u32, ny: u32, height: &dyn Fn(u32, u32) -> f64) -> MemPages {
     let grid = Grid { nx, ny, spacing: 10.0, origin: DVec2::new(500_000.0, 4_000_000.0) };
     let heights: Vec<f64> =
         (0..ny).flat_map(|y| (0..nx).map(move |x| (x, y))).map(|(x, y)| height(x, y)).collect();

@@ -47,6 +47,7 @@ pub struct SpanTable {
 
 /// Spans by voxel, where they lie. What contradicts itself reads as nothing.
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(test, derive(PartialEq))]
 pub struct SpansView<'a> {
     blocks_across: u32,
     blocks: &'a [SpanBlock],

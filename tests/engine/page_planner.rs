@@ -22,21 +22,37 @@ const SIDE: u32 = 3000;
 const SPACING: f64 = 2.0;
 const FLIGHTS: usize = 1000;
 
-/// Hills of waves from 2.5 km down to 20 m; a hole in the middle if `holed`.
+/// Hills of waves from 2.5 km down to 20 m, by rows.
+static HILLS: LazyLock<Vec<f64>> = LazyLock::new(|| {
+    let waves: [_; 8] = std::array::from_fn(|octave| {
+        let turn = octave as f64 * 1.1;
+        (2500.0 / f64::from(1 << octave), turn, turn.sin_cos())
+    });
+    let height = |x: f64, y: f64| {
+        let of = |&(length, turn, (sin, cos)): &(f64, f64, (f64, f64))| {
+            let (along, across) = (x * cos + y * sin, y * cos - x * sin);
+            0.035 * length * ((along / length * 6.3).sin() + (across / length * 5.1 + turn).cos())
+        };
+        400.0 + waves.iter().map(of).sum::<f64>()
+    };
+    let height = &height;
+    let row = |y| (0..SIDE).map(move |x| height(f64::from(x) * SPACING, f64::from(y) * SPACING));
+    (0..SIDE).flat_map(row).collect()
+});
+
+/// The hills; with a hole in the middle if `holed`.
 fn area(holed: bool) -> MemPages {
     let grid = Grid { nx: SIDE, ny: SIDE, spacing: SPACING, origin: DVec2::new(5.0e5, 4.0e6) };
-    let wave = |x: f64, y: f64| {
-        (0..8).map(move |octave| {
-            let (length, turn) = (2500.0 / f64::from(1 << octave), f64::from(octave) * 1.1);
-            let (along, across) = (x * turn.cos() + y * turn.sin(), y * turn.cos() - x * turn.sin());
-            0.035 * length * ((along / length * 6.3).sin() + (across / length * 5.1 + turn).cos())
-        })
-    };
-    let posts =
-        (0..SIDE).flat_map(|y| (0..SIDE).map(move |x| (f64::from(x) * SPACING, f64::from(y) * SPACING)));
-    let is_hole = |x: f64, y: f64| holed && (x - 3000.0).hypot(y - 3000.0) < 150.0;
-    let heights: Vec<f64> =
-        posts.map(|(x, y)| if is_hole(x, y) { f64::NAN } else { 400.0 + wave(x, y).sum::<f64>() }).collect();
+    let mut heights = HILLS.clone();
+    if holed {
+        for (post, height) in heights.iter_mut().enumerate() {
+            let [x, y] = [post as u32 % SIDE, post as u32 / SIDE].map(|at| f64::from(at) * SPACING - 3000.0);
+            if x.hypot(y) < 150.0 {
+                *height = f64::NAN;
+            }
+        }
+    }
+
     let colours = vec![[90, 110, 70]; heights.len()];
     let empty_share = if holed { 0.01 } else { 0.0 };
     build_in_memory(grid, &heights, &colours, None, &Metadata { empty_share, ..Metadata::default() }).unwrap()

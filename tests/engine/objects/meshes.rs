@@ -175,8 +175,14 @@ fn area_in_pixel(outline: &[[f64; 2]], column: usize, row: usize) -> f64 {
         (1, row as f64, 1.0),
         (1, row as f64 + 1.0, -1.0),
     ];
-    let mut part = outline.to_vec();
+    // Most pixels lie beside the outline.
+    let is_beside =
+        |&(axis, end, sign): &(usize, f64, f64)| outline.iter().all(|place| sign * (place[axis] - end) < 0.0);
+    if sides.iter().any(is_beside) {
+        return 0.0;
+    }
 
+    let mut part = outline.to_vec();
     for (axis, end, sign) in sides {
         let inside = |place: [f64; 2]| sign * (place[axis] - end);
         let whole = std::mem::take(&mut part);

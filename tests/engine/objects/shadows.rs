@@ -15,9 +15,9 @@ fn under(engine: Engine, azimuth: f64, elevation: f64) -> RenderOptions {
     RenderOptions { sun: Sun { azimuth, elevation }, shadows: true, ..options(engine) }
 }
 
-/// Straight down from 700 m, north up; about a metre a pixel.
+/// Straight down from 700 m, north up; about a metre a pixel, 400 m to the east and the west.
 fn map() -> View {
-    View { eye: DVec3::new(500.0, 500.0, 700.0), ypr: [0.0, -90.0, 0.0], hfov: 60.0, size: [801, 801] }
+    View { eye: DVec3::new(500.0, 500.0, 700.0), ypr: [0.0, -90.0, 0.0], hfov: 60.0, size: [801, 81] }
 }
 
 fn see(options: &RenderOptions, view: &View, bodies: &[Body]) -> Frame {

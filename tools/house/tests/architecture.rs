@@ -2,10 +2,11 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 
 use hedgehop_house::circles;
-use hedgehop_house::imports::{arrows, outward};
-use hedgehop_house::sources::{SourceFile, Target, targets};
+use hedgehop_house::imports::{Outward, arrows, outward};
+use hedgehop_house::sources::{Target, targets};
 
 /// Rooms of the engine that database modelling may use: it makes what the rest flies over, and renders nothing.
 const MODELING_MAY_USE: [&str; 6] =
@@ -51,13 +52,55 @@ fn room_meant(path: &[String], is_engine: bool) -> Option<String> {
     }
 }
 
-fn library_files() -> Vec<(Target, bool)> {
-    let is_library =
-        |target: &Target| target.folder.as_os_str().is_empty() || target.folder.starts_with("crates");
-    let ours = targets(&root()).into_iter().filter(is_library);
-    ours.map(|target| (target.folder.as_os_str().is_empty(), target))
-        .map(|(is, target)| (target, is))
-        .collect()
+/// A library or program as the tests ask for it: syntax trees cannot be shared among their threads.
+struct Reading {
+    /// Name by which other crates import it.
+    name: String,
+    is_engine: bool,
+    is_library: bool,
+    files: Vec<FileText>,
+    /// Paths that each file takes from other crates or rooms, by its number.
+    outward: Vec<(usize, Outward)>,
+    /// Files of each circle of imports.
+    circles: Vec<Vec<PathBuf>>,
+}
+
+struct FileText {
+    path: PathBuf,
+    is_test: bool,
+    text: String,
+    /// Text without comments: what is said about code is not code.
+    code: String,
+}
+
+/// All targets, parsed once for all tests.
+static READINGS: LazyLock<Vec<Reading>> =
+    LazyLock::new(|| targets(&root()).into_iter().map(Reading::of).collect());
+
+impl Reading {
+    fn of(target: Target) -> Self {
+        let circles = circles::of_files(&target, &arrows(&target));
+        let outward = outward(&target);
+        let is_engine = target.folder.as_os_str().is_empty();
+        let files = target.files.into_iter().map(|file| FileText {
+            code: code(&file.text),
+            path: file.path,
+            is_test: file.is_test,
+            text: file.text,
+        });
+        Self {
+            name: target.name,
+            is_engine,
+            is_library: is_engine || target.folder.starts_with("crates"),
+            files: files.collect(),
+            outward,
+            circles: circles.into_iter().map(|circle| circle.rooms).collect(),
+        }
+    }
+}
+
+fn libraries() -> impl Iterator<Item = &'static Reading> {
+    READINGS.iter().filter(|target| target.is_library)
 }
 
 #[test]
@@ -65,9 +108,9 @@ fn imports_point_downward() {
     let layers = layers();
     let layer = |room: &str| layers.iter().position(|rooms| rooms.iter().any(|name| name == room));
     assert!(layer("src/voxel") < layer("src/render") && layer("crates/base") == Some(0), "{layers:?}");
-    for (target, is_engine) in library_files() {
-        for (number, paths) in outward(&target) {
-            let file = &target.files[number];
+    for target in libraries() {
+        for (number, paths) in &target.outward {
+            let file = &target.files[*number];
             let room = room_of(&file.path);
             if file.path == Path::new("src/lib.rs") || room == "crates/testing" {
                 continue;
@@ -76,7 +119,7 @@ fn imports_point_downward() {
             let own =
                 layer(&room).unwrap_or_else(|| panic!("{}: give `{room}` a layer", file.path.display()));
             for path in paths {
-                let Some(meant) = room_meant(&path, is_engine) else { continue };
+                let Some(meant) = room_meant(path, target.is_engine) else { continue };
                 let Some(other) = layer(&meant).filter(|_| meant != room) else { continue };
                 let is_ours = room != "crates/modeling"
                     || !meant.starts_with("src/")
@@ -94,10 +137,8 @@ fn imports_point_downward() {
 
 #[test]
 fn no_file_imports_in_a_circle() {
-    for target in targets(&root()) {
-        let circles = circles::of_files(&target, &arrows(&target));
-        let rooms: Vec<_> = circles.iter().map(|circle| &circle.rooms).collect();
-        assert!(rooms.is_empty(), "{}: {rooms:?} import each other", target.name);
+    for target in &*READINGS {
+        assert!(target.circles.is_empty(), "{}: {:?} import each other", target.name, target.circles);
     }
 }
 
@@ -134,18 +175,17 @@ fn code(text: &str) -> String {
     text.lines().map(|line| line.split("//").next().unwrap_or("")).collect::<Vec<_>>().join("\n")
 }
 
-/// Source before its unit tests, if they stand in the same file.
-fn without_tests(file: &SourceFile) -> String {
-    let code = code(&file.text);
-    code.split("#[cfg(test)]\nmod tests {").next().unwrap_or(&code).to_owned()
+/// Code before its unit tests, if they stand in the same file.
+fn without_tests(file: &FileText) -> &str {
+    file.code.split("#[cfg(test)]\nmod tests {").next().unwrap_or(&file.code)
 }
 
 #[test]
 fn only_subimage_knows_rayon() {
-    for (target, _) in library_files() {
+    for target in libraries() {
         for file in &target.files {
             assert!(
-                room_of(&file.path) == "src/subimage" || !code(&file.text).contains("rayon"),
+                room_of(&file.path) == "src/subimage" || !file.code.contains("rayon"),
                 "{}: rayon belongs in src/subimage alone",
                 file.path.display()
             );
@@ -157,7 +197,7 @@ fn only_subimage_knows_rayon() {
 fn the_library_neither_prints_nor_exits_nor_parses_arguments() {
     let forbidden =
         ["println!", "eprintln!", "print!(", "eprint!(", "dbg!(", "process::exit", "clap", "indicatif"];
-    for (target, _) in library_files().into_iter().filter(|(target, _)| target.name != "hedgehop_testing") {
+    for target in libraries().filter(|target| target.name != "hedgehop_testing") {
         for file in target.files.iter().filter(|file| !file.is_test) {
             for word in forbidden {
                 let is_there = without_tests(file).contains(word);
@@ -169,9 +209,9 @@ fn the_library_neither_prints_nor_exits_nor_parses_arguments() {
 
 #[test]
 fn unsafe_stands_only_in_the_files_that_declare_why() {
-    for file in targets(&root()).iter().flat_map(|target| &target.files) {
+    for file in READINGS.iter().flat_map(|target| &target.files) {
         let name = file.path.to_string_lossy().replace('\\', "/");
-        let code = code(&file.text);
+        let code = &file.code;
         if UNSAFE_FILES.contains(&name.as_str()) {
             let squeezed: String = code.split_whitespace().collect();
             assert!(squeezed.contains("expect(unsafe_code,reason="), "{name}: say why it is unsafe");
@@ -190,7 +230,7 @@ fn unsafe_stands_only_in_the_files_that_declare_why() {
 #[test]
 fn long_files_are_told() {
     use std::io::Write;
-    for file in targets(&root()).iter().flat_map(|target| &target.files) {
+    for file in READINGS.iter().flat_map(|target| &target.files) {
         let lines = file.text.lines().count();
         if lines > MANY_LINES {
             // Written past the test harness, which swallows what passing tests print.

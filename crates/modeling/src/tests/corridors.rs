@@ -1,6 +1,7 @@
 //! Strips along routes that are stored more finely than the rest.
 
 use std::path::Path;
+use std::sync::LazyLock;
 
 use glam::DVec2;
 
@@ -36,11 +37,23 @@ fn hill(x: f64, y: f64) -> f64 {
     300.0 + 90.0 * (x * 0.004).sin() * (y * 0.005).cos() + 8.0 * (x * 0.11).sin() * (y * 0.07).sin()
 }
 
+/// Columns and rows of the fine raster.
+const FINE: (u32, u32) = (2900, 2300);
+
+/// Its heights by rows, southward.
+static FINE_HEIGHTS: LazyLock<Vec<f64>> = LazyLock::new(|| {
+    let row = |row| (0..FINE.0).map(move |column| hill(f64::from(column) + 0.5, 2499.5 - f64::from(row)));
+    (0..FINE.1).flat_map(row).collect()
+});
+
 /// Posts of 16 m over 4.8 × 3.2 km, and of 1 m over a part around the route.
 fn rasters() -> Vec<Opened<f64>> {
     let local = Crs::local();
     let wide = terrain(&local, north_up(0.0, 3200.0, 16.0), (300, 200), hill);
-    let fine = terrain(&local, north_up(0.0, 2500.0, 1.0), (2900, 2300), hill);
+    let heights = &*FINE_HEIGHTS;
+    let fine = sheet(&local, north_up(0.0, 2500.0, 1.0), FINE, |column, row| {
+        heights[row as usize * FINE.0 as usize + column as usize]
+    });
     vec![fine, wide]
 }
 

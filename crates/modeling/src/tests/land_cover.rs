@@ -34,6 +34,11 @@ fn class(column: u32, row: u32, seed: u32) -> SampleClass {
 }
 
 fn built(land_cover: Vec<Opened<SampleClass>>, posts: u32, adjust: impl Fn(&mut BuildOptions)) -> Area {
+    built_with(land_cover, posts, &adjust)
+}
+
+/// Builds it; compiled once for all changes of the options.
+fn built_with(land_cover: Vec<Opened<SampleClass>>, posts: u32, adjust: &dyn Fn(&mut BuildOptions)) -> Area {
     let folder = tempfile::tempdir().unwrap();
     let mut options = options(folder.path());
     adjust(&mut options);

@@ -41,6 +41,16 @@ pub fn sheet<T: Copy + Send + Sync + 'static>(
     size: (u32, u32),
     sample: impl Fn(u32, u32) -> T,
 ) -> Opened<T> {
+    sheet_of(crs, geo, size, &sample)
+}
+
+/// Makes it; compiled once for all that tests sample.
+fn sheet_of<T: Copy + Send + Sync + 'static>(
+    crs: &Crs,
+    geo: GeoTransform,
+    size: (u32, u32),
+    sample: &dyn Fn(u32, u32) -> T,
+) -> Opened<T> {
     let samples = (0..size.1).flat_map(|row| (0..size.0).map(move |column| (column, row)));
     let samples = samples.map(|(column, row)| sample(column, row)).collect();
     Opened {
@@ -94,6 +104,15 @@ pub fn try_build(
     elevation: Vec<Opened<f64>>,
     imagery: Vec<Opened<[u8; 4]>>,
     adjust: impl Fn(&mut BuildOptions),
+) -> Result<Area> {
+    try_build_with(elevation, imagery, &adjust)
+}
+
+/// Builds them; compiled once for all changes of the options.
+fn try_build_with(
+    elevation: Vec<Opened<f64>>,
+    imagery: Vec<Opened<[u8; 4]>>,
+    adjust: &dyn Fn(&mut BuildOptions),
 ) -> Result<Area> {
     let folder = tempfile::tempdir().expect("a folder for the test");
     let mut options = options(folder.path());
@@ -158,6 +177,7 @@ impl Area {
 
     /// Largest distance of the heights from `expected(x, y)` in world space; every voxel must have one.
     pub fn worst(&self, expected: impl Fn(f64, f64) -> f64) -> f64 {
+        let expected: &dyn Fn(f64, f64) -> f64 = &expected;
         self.voxels()
             .map(|(x, y)| {
                 let (east, north) = self.centre(x, y);

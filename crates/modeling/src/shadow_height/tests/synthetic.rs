@@ -54,6 +54,15 @@ pub(super) fn hills(place: DVec2) -> f64 {
         + 1.5 * (place.x / 31.0 + place.y / 47.0).sin()
 }
 
+/// Rise of the hills per metre to the east and to the north.
+fn slope(place: DVec2) -> DVec2 {
+    let wave = 1.5 * (place.x / 31.0 + place.y / 47.0).cos();
+    dvec2(
+        12.0 / 150.0 * (place.x / 150.0).cos() + wave / 31.0,
+        wave / 47.0 - 9.0 / 110.0 * (place.y / 110.0 + 1.0).sin(),
+    )
+}
+
 /// A prism with a level roof.
 #[derive(Debug, Clone)]
 pub(super) struct Prism {
@@ -131,32 +140,19 @@ impl World {
 
         // A place on the sun's disc.
         let (r, turn) = (0.2666 * jitter.share().sqrt(), jitter.between(0.0, std::f64::consts::TAU));
-        let (azimuth, elevation) =
-            ((self.azimuth + r * turn.cos()).to_radians(), (self.elevation + r * turn.sin()).to_radians());
-        let direction =
-            DVec3::new(azimuth.sin() * elevation.cos(), azimuth.cos() * elevation.cos(), elevation.sin());
-        let e = 0.5;
-
-        let normal = DVec3::new(
-            hills(place - DVec2::X * e) - hills(place + DVec2::X * e),
-            hills(place - DVec2::Y * e) - hills(place + DVec2::Y * e),
-            2.0 * e,
-        )
-        .normalize();
+        let (sin, cos) = turn.sin_cos();
+        let (azimuth, elevation) = (self.azimuth + r * cos, self.elevation + r * sin);
+        let [(east, north), (up, along)] = [azimuth, elevation].map(|angle| angle.to_radians().sin_cos());
+        let direction = DVec3::new(east * along, north * along, up);
+        let normal = (-slope(place)).extend(1.0).normalize();
         let facing = normal.dot(direction).max(0.0) / direction.z;
         let mut sun = self.direct * facing;
         if self.prisms.iter().any(|prism| prism.stops(from, direction)) {
             sun = 0.0;
         }
 
-        [0.95, 1.0, 0.8]
-            .map(|hue| ground * hue * sun)
-            .into_iter()
-            .zip([0.85, 1.0, 1.15])
-            .map(|(lit, blue)| lit + ground * sky * blue)
-            .collect::<Vec<_>>()
-            .try_into()
-            .unwrap()
+        let (hues, blues) = ([0.95, 1.0, 0.8], [0.85, 1.0, 1.15]);
+        std::array::from_fn(|band| ground * hues[band] * sun + ground * sky * blues[band])
     }
 
     fn pixel(&self, column: u32, row: u32) -> [u8; 4] {
