@@ -57,12 +57,30 @@ impl Kernel for Filling<'_, '_> {
         let PlaneSource { shape, cells, depths, .. } = self.planes;
         match shape {
             PlaneArray::Upright(upright) => {
-                self.fill(simd, &UprightImage::new(simd, upright, cells, depths, rows))
+                let plane_image = UprightImage::new(simd, upright, cells, depths, rows);
+                simd.call(FillingFrom { filling: self, simd, plane_image });
             }
             PlaneArray::Panorama(panorama) => {
-                self.fill(simd, &PanoramaImage { simd, panorama, cells, depths })
+                let plane_image = PanoramaImage { simd, panorama, cells, depths };
+                simd.call(FillingFrom { filling: self, simd, plane_image });
             }
         }
+    }
+}
+
+/// Filling of a band from one kind of plane image.
+struct FillingFrom<'b, 'a, V, I> {
+    filling: Filling<'b, 'a>,
+    simd: V,
+    plane_image: I,
+}
+
+impl<V: Simd, I: LookUp<V>> Kernel for FillingFrom<'_, '_, V, I> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) {
+        self.filling.fill(self.simd, &self.plane_image);
     }
 }
 

@@ -191,8 +191,10 @@ impl<'a> Posts<'a> {
             }
         }
         let (place, stride) = (self.place([x, y], APRON), (self.view.width + 2 * APRON) as usize);
-        let [west, east, south, north] =
-            [place - 1, place + 1, place - stride, place + stride].each(|place| self.heights(simd, place));
+        let [west, east, south, north] = [place - 1, place + 1, place - stride, place + stride].each(
+            #[inline(always)]
+            |place| self.heights(simd, place),
+        );
         let eastward = half_steps_of(simd, here, west, east).to_float();
         let northward = half_steps_of(simd, here, south, north).to_float();
         [eastward * across, northward * simd.splat(along)]

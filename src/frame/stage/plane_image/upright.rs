@@ -17,6 +17,14 @@ pub struct UprightPlace<V: Simd> {
     level: Option<(usize, V::I)>,
 }
 
+/// The first of the four words that a pixel lies among.
+struct FirstWord<V: Simd> {
+    plane: V::I,
+    row: V::I,
+    /// Rows to the next one; 0 where rows are the plane image's own.
+    rows_apart: i32,
+}
+
 /// Looks planes up for rows of a screen.
 pub struct UprightImage<'a, V: Simd> {
     simd: V,
@@ -54,6 +62,14 @@ impl<'a, V: Simd> UprightImage<'a, V> {
     #[inline(always)]
     fn words(&self, plane: V::I, row: V::I) -> V::I {
         self.simd.gather_words(bytemuck::cast_slice(self.cells), self.index(plane, row))
+    }
+
+    /// Returns the index of a word so many planes and rows away from the first of four. No closure: one that is not inlined
+    /// has none of the set's instructions.
+    #[inline(always)]
+    fn word_from(&self, first: &FirstWord<V>, planes: i32, rows: i32) -> V::I {
+        let simd = self.simd;
+        self.index(first.plane + simd.splat_int(planes), first.row + simd.splat_int(rows * first.rows_apart))
     }
 
     /// Returns the index of a plane's row among words.
@@ -151,9 +167,7 @@ impl<V: Simd> LookUp<V> for UprightImage<'_, V> {
 
         // Rows of an unrolled screen are those of the plane image.
         let rows_apart = i32::from(self.levels.is_empty());
-        let word = |plane: i32, row: i32| {
-            self.index(left + simd.splat_int(plane), below + simd.splat_int(row * rows_apart))
-        };
+        let first_word = FirstWord { plane: left, row: below, rows_apart };
 
         // Inverse depth along the optical axis is what is linear from row to row.
         let [first, per_row] = self.upright.horizontal().each(|depth| simd.splat(depth));
@@ -164,12 +178,16 @@ impl<V: Simd> LookUp<V> for UprightImage<'_, V> {
             #[inline(always)]
             |plane, row| {
                 let at = below.to_float() + simd.splat((row * rows_apart) as f32);
-                self.depths.inverse(simd, word(plane, row)) * (at.mul_add(per_row, first) * per_depth)
+                self.depths.inverse(simd, self.word_from(&first_word, plane, row))
+                    * (at.mul_add(per_row, first) * per_depth)
             },
             true,
             [[one - share, share], [one - rise, rise]],
         );
-        let words = [[word(0, 0), word(1, 0)], [word(0, 1), word(1, 1)]];
+        let words = [
+            [self.word_from(&first_word, 0, 0), self.word_from(&first_word, 1, 0)],
+            [self.word_from(&first_word, 0, 1), self.word_from(&first_word, 1, 1)],
+        ];
         let (inverse, stands) = self.depths.standing(simd, ground, &Among { words, shares: [share, rise] });
         let zero = simd.splat(0.0);
         let range = place.square.sqrt() * inverse.recip();
