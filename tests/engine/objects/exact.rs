@@ -6,8 +6,6 @@ use crate::scene::View;
 
 /// Rays each way of a pixel: their shares are exact to a five-hundredth or better.
 const FINE: u32 = 48;
-/// Rays each way of a pixel that tell whether all of it is alike: no body of a test is as narrow as what lies between them.
-const COARSE: u32 = 16;
 
 /// Share of each pixel whose rays (from the area's south-west corner, metres) hit something.
 pub fn shares(view: &View, hits: impl Fn(DVec3, DVec3) -> bool) -> Vec<f64> {
@@ -15,21 +13,15 @@ pub fn shares(view: &View, hits: impl Fn(DVec3, DVec3) -> bool) -> Vec<f64> {
     let [width, height] = view.size;
     let focal = 0.5 * f64::from(width) / (0.5 * view.hfov.to_radians()).tan();
     let pixels = (0..height).flat_map(|row| (0..width).map(move |column| (column, row)));
-    let share_of = |column: u32, row: u32, rays: u32| {
-        let within = |first: u32, part: u32| f64::from(first) + (f64::from(part) + 0.5) / f64::from(rays);
-        let directions = (0..rays * rays).map(|part| {
-            let right = within(column, part % rays) - 0.5 * f64::from(width);
-            let up = 0.5 * f64::from(height) - within(row, part / rays);
-            (axes * DVec3::new(right, focal, up)).normalize()
-        });
-        let count = directions.filter(|direction| hits(view.eye, *direction)).count();
-        count as f64 / f64::from(rays * rays)
-    };
-
+    let within = |first: u32, part: u32| f64::from(first) + (f64::from(part) + 0.5) / f64::from(FINE);
     pixels
-        .map(|(column, row)| match share_of(column, row, COARSE) {
-            alike if alike == 0.0 || alike == 1.0 => alike,
-            _ => share_of(column, row, FINE),
+        .map(|(column, row)| {
+            let rays = (0..FINE * FINE).map(|part| {
+                let right = within(column, part % FINE) - 0.5 * f64::from(width);
+                let up = 0.5 * f64::from(height) - within(row, part / FINE);
+                (axes * DVec3::new(right, focal, up)).normalize()
+            });
+            rays.filter(|direction| hits(view.eye, *direction)).count() as f64 / f64::from(FINE * FINE)
         })
         .collect()
 }
