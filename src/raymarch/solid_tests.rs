@@ -53,7 +53,7 @@ pub fn standing_on(
     raised(&ground_of, objects, &spans_of)
 }
 
-/// Raises them; compiled once for all grounds and spans.
+/// Builds a database of ground and spans; compiled once for all closures.
 fn raised(
     ground_of: &dyn Fn(u32, u32) -> f64,
     objects: bool,

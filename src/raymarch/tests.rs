@@ -11,7 +11,7 @@ pub(super) fn terrain(nx: u32, ny: u32, height: impl Fn(u32, u32) -> f64) -> Mem
     terrain_of(nx, ny, &height)
 }
 
-/// Builds it; compiled once for all heights.
+/// Builds a terrain; compiled once for all closures.
 fn terrain_of(nx: u32, ny: u32, height: &dyn Fn(u32, u32) -> f64) -> MemPages {
     let grid = Grid { nx, ny, spacing: 10.0, origin: DVec2::new(500_000.0, 4_000_000.0) };
     let heights: Vec<f64> =

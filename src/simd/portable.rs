@@ -1,7 +1,7 @@
 //! Lanes as arrays: what every target has, and the twin that the others are tested against.
 //!
-//! Functions of several instructions an element stay out of line: kernels would take twice as long to compile with them, and
-//! are no faster for it.
+//! Functions of several instructions an element stay out of line: kernels take longer to compile with them, and are no faster
+//! for it.
 
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Not, Sub};
 
