@@ -37,7 +37,7 @@ fn built(land_cover: Vec<Opened<SampleClass>>, posts: u32, adjust: impl Fn(&mut 
     built_with(land_cover, posts, &adjust)
 }
 
-/// Builds it; compiled once for all changes of the options.
+/// Builds a database with land cover; compiled once for all closures.
 fn built_with(land_cover: Vec<Opened<SampleClass>>, posts: u32, adjust: &dyn Fn(&mut BuildOptions)) -> Area {
     let folder = tempfile::tempdir().unwrap();
     let mut options = options(folder.path());

@@ -44,7 +44,7 @@ pub fn sheet<T: Copy + Send + Sync + 'static>(
     sheet_of(crs, geo, size, &sample)
 }
 
-/// Makes it; compiled once for all that tests sample.
+/// Makes a raster of samples; compiled once for all closures.
 fn sheet_of<T: Copy + Send + Sync + 'static>(
     crs: &Crs,
     geo: GeoTransform,
@@ -108,7 +108,7 @@ pub fn try_build(
     try_build_with(elevation, imagery, &adjust)
 }
 
-/// Builds them; compiled once for all changes of the options.
+/// Builds a database; compiled once for all closures.
 fn try_build_with(
     elevation: Vec<Opened<f64>>,
     imagery: Vec<Opened<[u8; 4]>>,

@@ -443,14 +443,17 @@ fn pages_of_a_file_that_nobody_changed_are_not_read() {
     assert_eq!(updated(&options).reused, PAGES - 1);
 }
 
-/// Whether a byte tells the kind of a record, which the record's checksum does not cover.
-fn is_of_kind(log: &[u8], at: usize) -> bool {
+/// Whether a byte tells that a record is a survey, which the record's checksum does not cover.
+fn tells_of_survey(log: &[u8], at: usize) -> bool {
+    const SURVEY: u32 = 2;
+
+    let word = |at: usize| log.get(at..at + 4).map(|bytes| u32::from_ne_bytes(bytes.try_into().unwrap()));
     let mut start = b"HOPSTEP1".len();
-    while let Some(length) = log.get(start + 4..start + 8) {
+    while let (Some(kind), Some(length)) = (word(start), word(start + 4)) {
         if (start..start + 4).contains(&at) {
-            return true;
+            return kind == SURVEY;
         }
-        start += 12 + u32::from_ne_bytes(length.try_into().unwrap()) as usize;
+        start += 12 + length as usize;
     }
     false
 }
@@ -480,8 +483,8 @@ fn damaged_files_cost_time_and_no_more() {
         fs::write(&options.output, &good).unwrap();
         let report = build(&options, &Silent).unwrap();
         assert!(bytes(&options.output) == good, "byte {at}: {report:?}");
-        // A record of no known kind is passed over. What a survey told is found out again, and all pages are as it says.
-        let may_reuse_all = at >= last || is_of_kind(&good_log, at);
+        // A record of no known kind is passed over. A survey is made again, and finds what all pages were made of.
+        let may_reuse_all = at >= last || tells_of_survey(&good_log, at);
         assert!(report.reused < pages || may_reuse_all, "byte {at}: {report:?}");
     }
 
