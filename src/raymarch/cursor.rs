@@ -172,11 +172,11 @@ impl<'a> PageCursor<'a> {
 
     /// The page of voxel `cell`, clamped into the area, and the voxel's place in it; `None` where the page is absent.
     #[inline]
-    fn posts(&mut self, level: u8, cell: [i64; 2]) -> Result<Option<(PageView<'a>, ApronPlace)>> {
+    fn posts(&mut self, level: u8, cell: [i64; 2]) -> Result<Option<(&PageView<'a>, ApronPlace)>> {
         let CursorSlot { dims, posts, .. } = &mut self.slots[usize::from(level)];
         let (view, [x, y]) =
             posts.at(level, *dims, cell, |id| self.source.page(sheet(self.source, self.bare, id)))?;
-        Ok(view.map(|view| (*view, ApronPlace { width: view.width, x, y })))
+        Ok(view.map(|view| (view, ApronPlace { width: view.width, x, y })))
     }
 
     /// The same of its heights alone: nothing else of the page is read.

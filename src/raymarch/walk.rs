@@ -96,7 +96,7 @@ impl Extent {
         if self.repeats() {
             self.origin = ((position - shift * side) / self.period).floor() * self.period;
         }
-        let cell = ((position - self.origin) / side - shift).floor() as i64;
+        let cell = whole_below((position - self.origin) / side - shift);
         (self, cell.clamp(self.first, self.last))
     }
 
@@ -117,8 +117,16 @@ impl Extent {
     }
 }
 
+/// Rounds down as `floor` does, which is a call where the processor that is compiled for has no instruction for it.
+#[inline]
+fn whole_below(position: f64) -> i64 {
+    let towards_zero = position as i64;
+    towards_zero.saturating_sub(i64::from(towards_zero as f64 > position))
+}
+
 impl Lattice {
     /// The cell (clamped into the lattice) at a position in units, and the position within it, 0…1.
+    #[inline]
     pub fn cell_at(&self, position: DVec2) -> ([i64; 2], DVec2) {
         let (mut cell, mut within) = ([0; 2], [0.0; 2]);
         for axis in 0..2 {
@@ -166,23 +174,33 @@ impl CellWalk {
     /// The cells of `lattice` that `ray` crosses between the ranges `start` and `end`.
     pub fn new(ray: &GridRay, lattice: Lattice, start: f64, end: f64) -> Self {
         let point = ray.at(start);
-        let axis = |index: usize| {
-            let (span, cell) = lattice.spans[index].locate(point[index], lattice.side, lattice.shift);
-            let range_per_unit = ray.range_per_unit[index];
-            let forward = range_per_unit > 0.0;
-            let eye = ray.eye[index];
-            let lattice = (lattice.side, lattice.shift);
-            let mut axis = Axis { span, lattice, cell, forward, eye, range_per_unit, border: f64::INFINITY };
-            if range_per_unit.is_finite() {
-                axis.find_border();
-            }
-            axis
-        };
-        Self { axes: [axis(0), axis(1)], range: start, end, done: start > end }
+        let axes = [Axis::new(ray, &lattice, 0, point.x), Axis::new(ray, &lattice, 1, point.y)];
+        Self { axes, range: start, end, done: start > end }
     }
 }
 
 impl Axis {
+    /// The walk of a ray along axis `index` of a lattice, from the cell at a position in units.
+    #[inline]
+    fn new(ray: &GridRay, lattice: &Lattice, index: usize, position: f64) -> Self {
+        let &Lattice { side, shift, spans } = lattice;
+        let (span, cell) = spans[index].locate(position, side, shift);
+        let range_per_unit = ray.range_per_unit[index];
+        let mut axis = Self {
+            span,
+            lattice: (side, shift),
+            cell,
+            forward: range_per_unit > 0.0,
+            eye: ray.eye[index],
+            range_per_unit,
+            border: f64::INFINITY,
+        };
+        if range_per_unit.is_finite() {
+            axis.find_border();
+        }
+        axis
+    }
+
     #[inline]
     fn find_border(&mut self) {
         let (side, shift) = self.lattice;
