@@ -34,9 +34,13 @@ fn open(budget: Option<u64>) -> ResidentPages {
 }
 
 fn camera(frame: u32) -> Camera {
+    camera_of(frame, [320, 180])
+}
+
+fn camera_of(frame: u32, [width, height]: [u32; 2]) -> Camera {
     let eye = DVec3::new(800.0, 700.0, 330.0) + f64::from(frame) * DVec3::new(60.0, 55.0, 0.0);
     let attitude = Attitude { yaw: 47.0, pitch: -9.0, roll: 3.0 };
-    Camera::new(Pose { eye, attitude, hfov: 60.0 }, 320, 180)
+    Camera::new(Pose { eye, attitude, hfov: 60.0 }, width, height)
 }
 
 fn options(engine: Engine) -> RenderOptions {
@@ -98,12 +102,13 @@ impl PagePlanner for Standstill<'_> {
     }
 }
 
-fn never_waits_and_refines(engine: Engine, least_psnr: f64) {
+fn never_waits_and_refines(engine: Engine, size: [u32; 2], least_psnr: f64) {
     let pages = open(None);
     let renderer = Renderer::new(&pages, &options(engine));
     let farm = Farm::new(1).unwrap();
     let plan = LivePlan::new(&renderer, &farm);
-    let (camera, expected) = (camera(0), expected(engine, &camera(0)));
+    let camera = camera_of(0, size);
+    let expected = expected(engine, &camera);
     let ((asked, is_asked), (let_go, go_on)) = (channel(), channel());
     let standstill = Standstill { plan: &plan, asked, go_on: Mutex::new(go_on) };
 
@@ -159,12 +164,12 @@ fn never_waits_and_refines(engine: Engine, least_psnr: f64) {
 
 #[test]
 fn a_frame_of_scan_planes_never_waits_and_refines() {
-    never_waits_and_refines(Engine::Planes, 20.0);
+    never_waits_and_refines(Engine::Planes, [320, 180], 20.0);
 }
 
 #[test]
 fn a_frame_of_the_reference_never_waits_and_refines() {
-    never_waits_and_refines(Engine::Reference, 20.0);
+    never_waits_and_refines(Engine::Reference, [160, 90], 20.0);
 }
 
 #[test]

@@ -28,16 +28,31 @@ static HILLS: LazyLock<Vec<f64>> = LazyLock::new(|| {
         let turn = octave as f64 * 1.1;
         (2500.0 / f64::from(1 << octave), turn, turn.sin_cos())
     });
-    let height = |x: f64, y: f64| {
-        let of = |&(length, turn, (sin, cos)): &(f64, f64, (f64, f64))| {
-            let (along, across) = (x * cos + y * sin, y * cos - x * sin);
-            0.035 * length * ((along / length * 6.3).sin() + (across / length * 5.1 + turn).cos())
-        };
-        400.0 + waves.iter().map(of).sum::<f64>()
+    // Each wave is a sine along one direction and a cosine across it: of sums of a part that a column has and one that a row
+    // has, so that sines are taken once for each of those.
+    let turned = |east: f64, north: f64, position: u32| {
+        let position = f64::from(position) * SPACING;
+        waves.map(|(length, turn, (sin, cos))| {
+            let along = (east * cos + north * sin) * position / length * 6.3;
+            let across = (north * cos - east * sin) * position / length * 5.1 + north * turn;
+            (along.sin_cos(), across.sin_cos())
+        })
     };
-    let height = &height;
-    let row = |y| (0..SIDE).map(move |x| height(f64::from(x) * SPACING, f64::from(y) * SPACING));
-    (0..SIDE).flat_map(row).collect()
+    let columns: Vec<_> = (0..SIDE).map(|x| turned(1.0, 0.0, x)).collect();
+
+    let mut heights = Vec::with_capacity((SIDE * SIDE) as usize);
+    for row in (0..SIDE).map(|y| turned(0.0, 1.0, y)) {
+        heights.extend(columns.iter().map(|column| {
+            let wave = |octave: usize| {
+                let ((a, b), (c, d)) = (column[octave], row[octave]);
+                let sine = a.0 * c.1 + a.1 * c.0;
+                let cosine = b.1 * d.1 - b.0 * d.0;
+                0.035 * waves[octave].0 * (sine + cosine)
+            };
+            400.0 + (0..8).map(wave).sum::<f64>()
+        }));
+    }
+    heights
 });
 
 /// The hills; with a hole in the middle if `holed`.

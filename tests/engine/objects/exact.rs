@@ -1,28 +1,49 @@
 //! What a pixel holds of a body, by many rays and other formulae than the library's.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use crate::scene::View;
 
 /// Rays each way of a pixel: their shares are exact to a five-hundredth or better.
 const FINE: u32 = 48;
 
-/// Share of each pixel whose rays (from the area's south-west corner, metres) hit something.
-pub fn shares(view: &View, hits: impl Fn(DVec3, DVec3) -> bool) -> Vec<f64> {
+/// Share of each pixel whose rays (from the area's south-west corner, metres) hit something, all of which lies before the eye
+/// within one of some boxes (by two opposite corners).
+pub fn shares(view: &View, boxes: &[[DVec3; 2]], hits: impl Fn(DVec3, DVec3) -> bool) -> Vec<f64> {
     let axes = axes(view);
     let [width, height] = view.size;
-    let focal = 0.5 * f64::from(width) / (0.5 * view.hfov.to_radians()).tan();
-    let pixels = (0..height).flat_map(|row| (0..width).map(move |column| (column, row)));
-    let within = |first: u32, part: u32| f64::from(first) + (f64::from(part) + 0.5) / f64::from(FINE);
-    pixels
-        .map(|(column, row)| {
-            let rays = (0..FINE * FINE).map(|part| {
-                let right = within(column, part % FINE) - 0.5 * f64::from(width);
-                let up = 0.5 * f64::from(height) - within(row, part / FINE);
-                (axes * DVec3::new(right, focal, up)).normalize()
-            });
-            rays.filter(|direction| hits(view.eye, *direction)).count() as f64 / f64::from(FINE * FINE)
+    let (middle, up) = (0.5 * f64::from(width), 0.5 * f64::from(height));
+    let focal = middle / (0.5 * view.hfov.to_radians()).tan();
+
+    // Nothing of a box is seen beyond its corners.
+    let seen = boxes.iter().map(|corners| {
+        (0..8).fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(first, last), corner| {
+            let corner = DVec3::from_array([0, 1, 2].map(|axis| corners[corner >> axis & 1][axis]));
+            let to = axes.transpose() * (corner - view.eye);
+            assert!(to.y > 0.0, "{corner} is behind the eye");
+            let at = DVec2::new(middle + focal * to.x / to.y, up - focal * to.z / to.y);
+            (first.min(at), last.max(at))
         })
+    });
+    let seen: Vec<_> = seen.collect();
+
+    let within = |first: u32, part: u32| f64::from(first) + (f64::from(part) + 0.5) / f64::from(FINE);
+    let share = |column: u32, row: u32| {
+        let pixel = DVec2::new(column.into(), row.into());
+        let holds =
+            |(first, last): &(DVec2, DVec2)| (pixel + 1.0).cmpge(*first).all() && pixel.cmple(*last).all();
+        if !seen.iter().any(holds) {
+            return 0.0;
+        }
+        let rays = (0..FINE * FINE).map(|part| {
+            let (right, down) = (within(column, part % FINE), within(row, part / FINE));
+            (axes * DVec3::new(right - middle, focal, up - down)).normalize()
+        });
+        rays.filter(|direction| hits(view.eye, *direction)).count() as f64 / f64::from(FINE * FINE)
+    };
+    (0..height)
+        .flat_map(|row| (0..width).map(move |column| (column, row)))
+        .map(|(x, y)| share(x, y))
         .collect()
 }
 

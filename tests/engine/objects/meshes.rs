@@ -270,7 +270,8 @@ fn fine_spheres_are_round() {
     let place = [530.0, 400.0, 35.0];
     let ball = black(model(globe(20.0, 200)), place);
     let seen = shares(Engine::Planes, &PLAIN, &VIEW, &[ball]);
-    let exact = super::exact::shares(&VIEW, |eye, direction| {
+    let corners = [-20.0, 20.0].map(|radius| DVec3::from(place) + radius);
+    let exact = super::exact::shares(&VIEW, &[corners], |eye, direction| {
         super::exact::meets_sphere(eye, direction, place.into(), 20.0)
     });
     let (mean, apart) = compare(&VIEW, &seen, &exact);

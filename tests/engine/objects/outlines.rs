@@ -18,9 +18,14 @@ const SPHERE: ([f64; 3], f64) = ([530.0, 400.0, 35.0], 20.0);
 const DISC: ([f64; 3], f64) = ([530.0, 400.0, 12.0], 40.0);
 const BOX: ([f64; 3], [f64; 3]) = ([530.0, 400.0, 0.01], [30.0, 24.0, 45.0]);
 
-/// Holds outlines against what other formulae say that rays hit.
-fn check_outline(shape: Shape, place: [f64; 3], hits: impl Fn(DVec3, DVec3) -> bool) {
-    let exact = exact_shares(&VIEW, hits);
+/// Corners of the cube about a sphere.
+fn cube((centre, radius): (DVec3, f64)) -> [DVec3; 2] {
+    [centre - radius, centre + radius]
+}
+
+/// Holds outlines against what other formulae say that rays hit, within the box of two corners.
+fn check_outline(shape: Shape, place: [f64; 3], corners: [DVec3; 2], hits: impl Fn(DVec3, DVec3) -> bool) {
+    let exact = exact_shares(&VIEW, &[corners], hits);
     for engine in ENGINES {
         let seen = shares(engine, &PLAIN, &VIEW, &[black(shape, place)]);
         let (mean, apart) = compare(&VIEW, &seen, &exact);
@@ -32,20 +37,29 @@ fn check_outline(shape: Shape, place: [f64; 3], hits: impl Fn(DVec3, DVec3) -> b
 #[test]
 fn spheres_have_round_outlines() {
     let sphere = Shape::Ellipsoid { radii: DVec3::splat(SPHERE.1) };
-    check_outline(sphere, SPHERE.0, |eye, direction| meets_sphere(eye, direction, SPHERE.0.into(), SPHERE.1));
+    let (centre, radius) = (DVec3::from(SPHERE.0), SPHERE.1);
+    check_outline(sphere, SPHERE.0, cube((centre, radius)), |eye, direction| {
+        meets_sphere(eye, direction, centre, radius)
+    });
 }
 
 #[test]
 fn discs_have_elliptic_outlines() {
     let disc = Shape::Disc { radius: DISC.1 };
-    check_outline(disc, DISC.0, |eye, direction| meets_disc(eye, direction, DISC.0.into(), DISC.1));
+    let (centre, radius) = (DVec3::from(DISC.0), DISC.1);
+    check_outline(disc, DISC.0, cube((centre, radius)), |eye, direction| {
+        meets_disc(eye, direction, centre, radius)
+    });
 }
 
 #[test]
 fn boxes_have_straight_outlines() {
     let (place, size) = (DVec3::from(BOX.0), DVec3::from(BOX.1));
     let low = place - size.with_z(0.0) / 2.0;
-    check_outline(Shape::Box { size }, BOX.0, |eye, direction| meets_box(eye, direction, low, low + size));
+    let high = low + size;
+    check_outline(Shape::Box { size }, BOX.0, [low, high], |eye, direction| {
+        meets_box(eye, direction, low, high)
+    });
 }
 
 #[test]
@@ -56,8 +70,9 @@ fn small_and_thin_bodies_keep_their_area() {
     let ball = (DVec3::new(510.3, 400.0, 60.34), 0.3);
     let wire = (DVec3::new(470.0, 350.0, 45.1), DVec3::new(60.0, 0.5, 0.25));
     let low = wire.0 - wire.1.with_z(0.0) / 2.0;
-    let exact = exact_shares(&view, |eye, direction| {
-        meets_sphere(eye, direction, ball.0, ball.1) || meets_box(eye, direction, low, low + wire.1)
+    let high = low + wire.1;
+    let exact = exact_shares(&view, &[cube(ball), [low, high]], |eye, direction| {
+        meets_sphere(eye, direction, ball.0, ball.1) || meets_box(eye, direction, low, high)
     });
     let sphere = black(Shape::Ellipsoid { radii: DVec3::splat(ball.1) }, ball.0.to_array());
     let beam = hedgehop::objects::Body { id: 2, ..black(Shape::Box { size: wire.1 }, wire.0.to_array()) };
@@ -142,7 +157,7 @@ fn bodies_enter_slopes_along_the_right_curve() {
     let radius = 25.0;
     let view = View { eye: DVec3::new(500.0, 200.0, 290.0), ypr: [8.0, -28.0, 12.0], ..VIEW };
 
-    let exact = exact_shares(&view, |eye, direction| {
+    let exact = exact_shares(&view, &[cube((place, radius))], |eye, direction| {
         let offset = eye - place;
         let along = offset.dot(direction);
         let discriminant = along * along - offset.length_squared() + radius * radius;

@@ -38,7 +38,10 @@ fn lines_keep_their_share_however_thin_they_are() {
     let ends = [DVec3::new(440.0, 380.0, 20.0), DVec3::new(600.0, 420.0, 75.0)];
     // A pixel is 0.75 m wide there.
     for width in [0.1, 0.3, 2.0] {
-        let exact = exact_shares(&VIEW, |eye, direction| meets_line(eye, direction, ends, 0.5 * width));
+        let place = |part: i32| ends[0].lerp(ends[1], f64::from(part) / 24.0);
+        let boxes: Vec<_> = (0..24).map(|part| [place(part) - width, place(part + 1) + width]).collect();
+        let hits = |eye, direction| meets_line(eye, direction, ends, 0.5 * width);
+        let exact = exact_shares(&VIEW, &boxes, hits);
         for engine in [Engine::Planes, Engine::Reference] {
             let seen = shares(engine, &PLAIN, &VIEW, &[line(ends[0], ends[1], width, 0.0)]);
             let (mean, apart) = compare(&VIEW, &seen, &exact);
