@@ -57,6 +57,10 @@ fn rasters() -> Vec<Opened<f64>> {
     vec![fine, wide]
 }
 
+/// The nested corridors over those, and all at 1 m.
+static NESTED: LazyLock<Area> = LazyLock::new(|| built(rasters(), vec![], nested));
+static WHOLE: LazyLock<Area> = LazyLock::new(|| built(rasters(), vec![], |_| {}));
+
 fn present(area: &Area) -> Vec<PageId> {
     area.pages.directory().present().map(|(id, _)| id).collect()
 }
@@ -81,7 +85,7 @@ fn distance_from_route(grid: &Grid, id: PageId) -> f64 {
 
 #[test]
 fn pages_are_stored_where_the_corridor_meets_their_squares() {
-    let area = built(rasters(), vec![], nested);
+    let area = &*NESTED;
     assert_eq!((area.grid.nx, area.grid.ny, area.grid.spacing), (4800, 3200, 1.0));
     let (mut stored, mut absent) = ([0; 2], [0; 2]);
     for id in area.pages.directory().ids() {
@@ -109,8 +113,8 @@ fn pages_are_stored_where_the_corridor_meets_their_squares() {
 
 #[test]
 fn a_file_is_as_large_as_its_pages() {
-    let area = built(rasters(), vec![], nested);
-    let pages = present(&area);
+    let area = &*NESTED;
+    let pages = present(area);
     let count = |level: u8| pages.iter().filter(|id| id.level == level).count();
     // Heights and colours with aprons, at coarser levels bounds and slopes; attributes at the most for each voxel.
     let (finest, coarse) = (268 * 268 * 5, 268 * 268 * 5 + 256 * 256 * 4 + 266 * 266 * 5);
@@ -125,30 +129,27 @@ fn a_file_is_as_large_as_its_pages() {
 
 #[test]
 fn corridors_hold_what_the_whole_database_does() {
-    let whole = built(rasters(), vec![], |_| {});
-    let area = built(rasters(), vec![], nested);
+    let (whole, area) = (&*WHOLE, &*NESTED);
     assert_eq!(whole.pages.header().heights, area.pages.header().heights);
-    let finest: Vec<PageId> = present(&area).into_iter().filter(|id| id.level == 0).collect();
+    let finest: Vec<PageId> = present(area).into_iter().filter(|id| id.level == 0).collect();
     assert!(finest.len() > 25, "{finest:?}");
     for id in finest {
         let page = |area: &Area| area.pages.whole_page(id).unwrap().unwrap().to_buffer();
-        assert_eq!(page(&area), page(&whole), "{id}");
+        assert_eq!(page(area), page(whole), "{id}");
     }
 }
 
 #[test]
 fn corridor_databases_are_sound() {
     for fill in [NodataFill::None, NodataFill::Interpolate] {
-        let mut rasters = rasters();
         let local = Crs::local();
 
         // A void that reaches from the corridor out of it.
         let holed = terrain(&local, north_up(0.0, 3200.0, 16.0), (300, 200), |x, y| {
             if DVec2::new(x - 1500.0, y - 1200.0).length() < 400.0 { f64::NAN } else { hill(x, y) }
         });
-        rasters[1] = holed;
-        rasters[0] = terrain(&local, north_up(0.0, 2500.0, 1.0), (1400, 2300), hill);
-        let area = built(rasters, vec![], |options| {
+        let fine = terrain(&local, north_up(0.0, 2500.0, 1.0), (1400, 2300), hill);
+        let area = built(vec![fine, holed], vec![], |options| {
             nested(options);
             options.nodata_fill = fill;
         });
@@ -192,7 +193,7 @@ fn coarse_voxels_outside_are_means_of_their_sources() {
 
 #[test]
 fn coarse_voxels_of_coarse_rasters_are_those_rasters() {
-    let area = built(rasters(), vec![], nested);
+    let area = &*NESTED;
     let code = area.pages.header().heights;
     let view = area.pages.page(PageId { level: 2, px: 1, py: 0 }).unwrap().unwrap();
     for (x, y) in [(270, 20), (290, 60), (280, 190)] {
@@ -314,9 +315,8 @@ fn a_corridor_as_wide_as_the_area_is_the_whole_of_it() {
         options.corridors = vec![corridor(1.0e300, 1.0)];
     });
     assert_eq!(present(&all).len(), all.pages.directory().len());
-    let whole = built(rasters(), vec![], |_| {});
     for id in present(&all) {
         let page = |area: &Area| area.pages.whole_page(id).unwrap().unwrap().to_buffer();
-        assert_eq!(page(&all), page(&whole), "{id}");
+        assert_eq!(page(&all), page(&WHOLE), "{id}");
     }
 }

@@ -31,9 +31,8 @@ struct Areas {
     corridor: MemPages,
 }
 
-/// A database of `side` × `side` posts.
-fn built(side: u32, height: impl Fn(f64, f64) -> f64, corridors: Vec<Corridor>, outside: f64) -> MemPages {
-    let folder = tempfile::tempdir().unwrap();
+/// A grid of `side` × `side` posts, as text.
+fn grid(side: u32, height: impl Fn(f64, f64) -> f64) -> String {
     let mut grid = format!("ncols {side}\nnrows {side}\nxllcorner 0\nyllcorner 0\ncellsize {SPACING}\n");
     for row in 0..side {
         for column in 0..side {
@@ -42,7 +41,12 @@ fn built(side: u32, height: impl Fn(f64, f64) -> f64, corridors: Vec<Corridor>, 
         }
         grid.push('\n');
     }
+    grid
+}
 
+/// A database of a grid.
+fn built(grid: &str, corridors: Vec<Corridor>, outside: f64) -> MemPages {
+    let folder = tempfile::tempdir().unwrap();
     let [elevation, output] = ["dem.asc", "area.hop"].map(|name| folder.path().join(name));
     std::fs::write(&elevation, grid).unwrap();
     let options = BuildOptions {
@@ -60,9 +64,10 @@ static AREAS: LazyLock<Areas> = LazyLock::new(|| {
     let places = vec![Place::Xy(0.0, 300.0), Place::Xy(3000.0, 300.0)];
     let route = Route { file: "route.csv".into(), places };
     let strip = |width, spacing| Corridor { route: route.clone(), width, spacing };
+    let grid = grid(SIDE, hill);
     Areas {
-        whole: built(SIDE, hill, vec![], 32.0),
-        corridor: built(SIDE, hill, vec![strip(200.0, 2.0), strip(600.0, 8.0)], 32.0),
+        whole: built(&grid, vec![], 32.0),
+        corridor: built(&grid, vec![strip(200.0, 2.0), strip(600.0, 8.0)], 32.0),
     }
 });
 
@@ -209,7 +214,7 @@ fn corridors_over_smooth_ground_have_neither_seams_nor_cracks() {
         // Across corners of pages, so that their border has steps.
         let places = vec![Place::Xy(100.0, 100.0), Place::Xy(1700.0, 1500.0)];
         let route = Route { file: "route.csv".into(), places };
-        let area = built(900, height, vec![Corridor { route, width: 40.0, spacing: 2.0 }], 8.0);
+        let area = built(&grid(900, height), vec![Corridor { route, width: 40.0, spacing: 2.0 }], 8.0);
         continuity(&area, &ContinuityLimits::default(), &Silent).unwrap()
     };
     let sound = report(&smooth);
