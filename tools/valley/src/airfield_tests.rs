@@ -7,8 +7,8 @@ use crate::features::{Feature, Geometry};
 use crate::geotiff::ORIGIN;
 use crate::grid::{around, sample};
 use crate::outline::area;
-use crate::tests::SAMPLE;
-use crate::{airfield, files, roads, sites};
+use crate::tests::{FILES, SAMPLE};
+use crate::{airfield, roads, sites};
 
 fn corners(feature: &Feature) -> Vec<DVec2> {
     match &feature.geometry {
@@ -47,8 +47,7 @@ fn airfield_stands_beside_the_strip_on_free_and_nearly_level_ground() {
 
 #[test]
 fn a_geopackage_has_its_tables_rows_and_places() {
-    let made = files(&SAMPLE).unwrap();
-    let (_, bytes) = made.iter().find(|(name, _)| name.ends_with(".gpkg")).unwrap();
+    let (_, bytes) = FILES.iter().find(|(name, _)| name.ends_with(".gpkg")).unwrap();
     let mut base = Connection::open_in_memory().unwrap();
     base.deserialize_read_exact(MAIN_DB, bytes.as_slice(), bytes.len(), true).unwrap();
     let number = |question: &str| base.query_row(question, [], |row| row.get::<_, i64>(0)).unwrap();

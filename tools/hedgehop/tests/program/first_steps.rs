@@ -72,7 +72,7 @@ fn one_of_several_tracks_is_flown() {
     fs::write(folder.path().join("walks.gpx"), format!("<gpx>{}{}</gpx>", walk(14), walk(9)))
         .expect("a file");
 
-    let overview = "overview area.hop --path walks.gpx --whole -o map.png";
+    let overview = "overview area.hop --path walks.gpx --whole --size 400 -o map.png";
     let refused = ends(&run(&folder, overview), 3);
     for word in ["out of order", "1 \"at 14\"", "--track N", "--sort"] {
         assert!(refused.contains(word), "{word}: {refused}");

@@ -34,23 +34,32 @@ fn roof([west, south, east, north]: [f64; 4], height: f64) -> f64 {
     corners.map(ground).into_iter().fold(f64::INFINITY, f64::min) + height
 }
 
+/// Whether the ray from a place towards the sun meets a building within 60 m: it enters between the walls below the roof.
+fn is_shaded(place: [f64; 2], direction: [f64; 2], rise: f64) -> bool {
+    let ground = ground(place);
+    BUILDINGS.into_iter().any(|(walls, height)| {
+        let [west, south, east, north] = walls;
+        let between = |low: f64, high: f64, axis: usize| {
+            let ends = [low, high].map(|wall| (wall - place[axis]) / direction[axis]);
+            (ends[0].min(ends[1]), ends[0].max(ends[1]))
+        };
+        let (x, y) = (between(west, east, 0), between(south, north, 1));
+        let (enter, leave) = (x.0.max(y.0).max(0.0), x.1.min(y.1).min(60.0));
+        enter < leave && ground + enter * rise < roof(walls, height)
+    })
+}
+
 fn holds([west, south, east, north]: [f64; 4], [x, y]: [f64; 2]) -> bool {
     x > west && x < east && y > south && y < north
 }
 
-/// Light on a place: along the ray to the sun in steps of 5 cm.
+/// Light on a place.
 fn light(place: [f64; 2]) -> f64 {
-    let (sin, cos) = AZIMUTH.to_radians().sin_cos();
-    let rise = ELEVATION.to_radians().tan();
     if BUILDINGS.iter().any(|(walls, _)| holds(*walls, place)) {
         return 0.5;
     }
-    let shaded = (1..1200).map(|step| 0.05 * f64::from(step)).any(|along| {
-        let at = [place[0] + along * sin, place[1] + along * cos];
-        let ray = ground(place) + along * rise;
-        BUILDINGS.iter().any(|(walls, height)| holds(*walls, at) && ray < roof(*walls, *height))
-    });
-    if shaded { 0.05 } else { 0.25 }
+    let (sin, cos) = AZIMUTH.to_radians().sin_cos();
+    if is_shaded(place, [sin, cos], ELEVATION.to_radians().tan()) { 0.05 } else { 0.25 }
 }
 
 fn photograph() -> RgbImage {
