@@ -7,9 +7,7 @@
 use std::io::Cursor;
 use std::path::Path;
 
-use ::exr::prelude::{
-    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, WritableImage,
-};
+use ::exr::prelude::{AnyChannel, Encoding, FlatSamples, Image, Layer, LayerAttributes, WritableImage};
 
 use crate::encode::refusal::PictureRefusal;
 use crate::encode::{Written, atomic, exr, read_regular};
@@ -78,7 +76,7 @@ pub fn write_ray_table(path: &Path, table: &RayTable) -> Result<Written> {
     let channels = named.map(|(part, name)| AnyChannel::new(name, plane(part))).collect();
     let size = (table.size().x as usize, table.size().y as usize);
     let layer =
-        Layer::new(size, LayerAttributes::default(), Encoding::SMALL_LOSSLESS, AnyChannels::sort(channels));
+        Layer::new(size, LayerAttributes::default(), Encoding::SMALL_LOSSLESS, exr::by_name(channels));
     let mut bytes = Vec::new();
     Image::from_layer(layer)
         .write()
@@ -100,7 +98,7 @@ mod tests {
     /// An EXR of the named channels.
     fn write(path: &Path, channels: Vec<(&str, FlatSamples)>, size: (usize, usize)) {
         let list = channels.into_iter().map(|(name, samples)| AnyChannel::new(name, samples)).collect();
-        let channels = AnyChannels::sort(list);
+        let channels = exr::by_name(list);
         let layer = Layer::new(size, LayerAttributes::default(), Encoding::FAST_LOSSLESS, channels);
         Image::from_layer(layer).write().non_parallel().to_file(path).unwrap();
     }

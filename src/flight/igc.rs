@@ -40,11 +40,14 @@ struct Logged {
 pub(super) fn looks_like_igc(text: &str) -> bool {
     text.lines().take(PREAMBLE).any(|line| {
         let bytes = line.as_bytes();
-        bytes.len() >= 35
-            && bytes[0] == b'B'
-            && bytes[1..14].iter().all(u8::is_ascii_digit)
-            && matches!(bytes[14], b'N' | b'S')
+        bytes.len() >= 35 && bytes[0] == b'B' && are_digits(&bytes[1..14]) && matches!(bytes[14], b'N' | b'S')
     })
+}
+
+/// Unrolled where its length is known, the loop takes seconds to compile.
+#[inline(never)]
+fn are_digits(bytes: &[u8]) -> bool {
+    bytes.iter().all(u8::is_ascii_digit)
 }
 
 pub(super) fn read(source: &PathSource<'_>, text: &str) -> Result<Reading> {

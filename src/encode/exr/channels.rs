@@ -7,7 +7,7 @@ use crate::space::{Ray, Screen};
 use hedgehop_base::colour::linear_from_srgb8;
 
 /// Samples of all channels of a file.
-pub(super) type Channels = AnyChannels<FlatSamples>;
+pub(in crate::encode) type Channels = AnyChannels<FlatSamples>;
 
 /// Meaning of the channels.
 pub(super) const CHANNEL_CONVENTIONS: &str = "R G B: linear Rec. 709, 1 is display white; Z: metres along the optical \
@@ -49,9 +49,17 @@ pub(super) fn channels(frame: &Frame) -> Channels {
 
     let aov =
         aov_channels(frame).into_iter().map(|(name, samples)| AnyChannel::new(name.as_str(), float(samples)));
-    AnyChannels::sort(
-        named.into_iter().map(|(name, samples)| AnyChannel::new(name, samples)).chain(aov).collect(),
-    )
+    by_name(named.into_iter().map(|(name, samples)| AnyChannel::new(name, samples)).chain(aov).collect())
+}
+
+/// Puts channels into the order of their names, which files must have. A sort of what is that large takes seconds to compile.
+pub(in crate::encode) fn by_name(channels: Vec<AnyChannel<FlatSamples>>) -> Channels {
+    let mut sorted = AnyChannels { list: Default::default() };
+    for channel in channels {
+        let at = sorted.list.partition_point(|other: &AnyChannel<FlatSamples>| other.name < channel.name);
+        sorted.list.insert(at, channel);
+    }
+    sorted
 }
 
 /// Returns the further channels that were asked for: mattes, motion, materials.

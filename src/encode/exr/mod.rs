@@ -40,6 +40,7 @@ use crate::encode::FrameInfo;
 use crate::encode::info::{CAMERA_CONVENTIONS, Value};
 use crate::frame::{Frame, Matte};
 use crate::space::{Camera, Screen};
+pub(super) use channels::by_name;
 use channels::{CHANNEL_CONVENTIONS, Channels, MOTION_CONVENTIONS};
 use digest::{DIGEST, digest};
 use hedgehop_base::error::{Error, Result};
