@@ -2,7 +2,7 @@
 //!
 //! Nothing of the solver is used here: rays meet walls and roofs in space. The hills shade no other hill: they are flatter than the rays of the lowest sun.
 
-use glam::{DVec2, DVec3, dvec2};
+use glam::{DVec2, DVec3, dvec2, dvec3};
 
 use super::super::super::kernel::Samples;
 use crate::raster::Window;
@@ -123,7 +123,16 @@ pub(super) struct World {
 }
 
 impl World {
-    fn brightness(&self, place: DVec2, jitter: &mut Random) -> [f64; 3] {
+    /// Directions to the middle of the sun, and to its right and above it.
+    fn sun(&self) -> [DVec3; 3] {
+        let [(east, north), (up, along)] =
+            [self.azimuth, self.elevation].map(|angle| angle.to_radians().sin_cos());
+        let middle = dvec3(east * along, north * along, up);
+        let across = dvec3(north, -east, 0.0);
+        [middle, across, across.cross(middle)]
+    }
+
+    fn brightness(&self, place: DVec2, sun: [DVec3; 3], jitter: &mut Random) -> [f64; 3] {
         if self.prisms.iter().any(|prism| prism.holds(place)) {
             return [0.42, 0.3, 0.26];
         }
@@ -138,21 +147,22 @@ impl World {
         let sky = 1.0 - self.direct;
         let from = place.extend(hills(place) + 1e-3);
 
-        // A place on the sun's disc.
-        let (r, turn) = (0.2666 * jitter.share().sqrt(), jitter.between(0.0, std::f64::consts::TAU));
-        let (sin, cos) = turn.sin_cos();
-        let (azimuth, elevation) = (self.azimuth + r * cos, self.elevation + r * sin);
-        let [(east, north), (up, along)] = [azimuth, elevation].map(|angle| angle.to_radians().sin_cos());
-        let direction = DVec3::new(east * along, north * along, up);
+        // A place on the sun's disc, which is so small that its axes are straight.
+        let on_disc = loop {
+            let place = dvec2(jitter.between(-1.0, 1.0), jitter.between(-1.0, 1.0));
+            if place.length_squared() <= 1.0 {
+                break place * 0.2666_f64.to_radians();
+            }
+        };
+        let [middle, across, above] = sun;
+        let direction = (middle + across * on_disc.x + above * on_disc.y).normalize();
         let normal = (-slope(place)).extend(1.0).normalize();
         let facing = normal.dot(direction).max(0.0) / direction.z;
-        let mut sun = self.direct * facing;
-        if self.prisms.iter().any(|prism| prism.stops(from, direction)) {
-            sun = 0.0;
-        }
+        let is_shaded = self.prisms.iter().any(|prism| prism.stops(from, direction));
+        let direct = if is_shaded { 0.0 } else { self.direct * facing };
 
         let (hues, blues) = ([0.95, 1.0, 0.8], [0.85, 1.0, 1.15]);
-        std::array::from_fn(|band| ground * hues[band] * sun + ground * sky * blues[band])
+        std::array::from_fn(|band| ground * hues[band] * direct + ground * sky * blues[band])
     }
 
     fn pixel(&self, column: u32, row: u32) -> [u8; 4] {
@@ -161,7 +171,7 @@ impl World {
         let mut jitter = Random(
             self.seed ^ (u64::from(column) << 32 | u64::from(row)).wrapping_mul(0x2545_f491_4f6c_dd1d),
         );
-        let mut sum = [0.0; 3];
+        let (sun, mut sum) = (self.sun(), [0.0; 3]);
 
         for part in 0..PARTS * PARTS {
             let offset =
@@ -169,7 +179,7 @@ impl World {
             let (u, v) = (offset(part % PARTS, &mut jitter), offset(part / PARTS, &mut jitter));
             let place =
                 dvec2(f64::from(column) + u, f64::from(self.size.height) - f64::from(row) - v) * self.side;
-            let light = self.brightness(place, &mut jitter);
+            let light = self.brightness(place, sun, &mut jitter);
             (0..3).for_each(|i| sum[i] += light[i]);
         }
 

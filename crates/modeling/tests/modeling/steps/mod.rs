@@ -3,9 +3,12 @@
 mod handover;
 mod shadows;
 
+use std::collections::BTreeMap;
 use std::fs;
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, OnceLock};
 
 use tempfile::TempDir;
 
@@ -89,16 +92,46 @@ fn bytes(path: &Path) -> Vec<u8> {
     fs::read(path).unwrap()
 }
 
-/// Builds again, and holds the result against a build of everything beside it.
+/// What a build of everything makes.
+struct Whole {
+    report: BuildReport,
+    bytes: Vec<u8>,
+}
+
+/// Builds everything beside an output; once of the same inputs by the same options.
+fn whole(options: &BuildOptions) -> Arc<OnceLock<Whole>> {
+    static KNOWN: Mutex<BTreeMap<String, Arc<OnceLock<Whole>>>> = Mutex::new(BTreeMap::new());
+
+    let folder = options.output.parent().unwrap();
+    let clean = BuildOptions { output: folder.join("a.clean"), steps: false, ..options.clone() };
+    let mut inputs: Vec<_> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    inputs.retain(|path| {
+        path.extension().is_some_and(|end| ["asc", "geojson", "pgw", "png"].iter().any(|known| end == *known))
+    });
+    inputs.sort();
+    let mut hasher = DefaultHasher::new();
+    inputs.iter().for_each(|path| (path.file_name(), bytes(path)).hash(&mut hasher));
+    let key = format!("{clean:?} of {}", hasher.finish()).replace(folder.to_str().unwrap(), "");
+
+    let known = KNOWN.lock().unwrap().entry(key).or_default().clone();
+    known.get_or_init(|| {
+        let report = build(&clean, &Silent).unwrap();
+        assert!(report.reused == 0 && !is_own_work(&clean.output));
+        let bytes = bytes(&clean.output);
+        fs::remove_file(&clean.output).unwrap();
+        Whole { report, bytes }
+    });
+    known
+}
+
+/// Builds again, and holds the result against a build of everything.
 fn updated(options: &BuildOptions) -> BuildReport {
     let report = build(options, &Silent).unwrap();
-    let clean =
-        BuildOptions { output: options.output.with_extension("clean"), steps: false, ..options.clone() };
-    let whole = build(&clean, &Silent).unwrap();
-    assert_eq!((whole.reused, whole.pages), (0, report.pages));
-    assert_eq!(report.content_hash, whole.content_hash);
-    assert!(bytes(&options.output) == bytes(&clean.output), "the same bytes");
-    assert!(is_own_work(&options.output) && !is_own_work(&clean.output));
+    let whole = whole(options);
+    let whole = whole.get().unwrap();
+    assert_eq!((whole.report.pages, whole.report.content_hash), (report.pages, report.content_hash));
+    assert!(bytes(&options.output) == whole.bytes, "the same bytes");
+    assert!(is_own_work(&options.output));
     report
 }
 
@@ -267,7 +300,6 @@ impl Observer for Impatient {
 fn left(folder: &Path) -> Vec<String> {
     let names = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
     let mut names: Vec<_> = names.filter(|name| name.starts_with("a.hop")).collect();
-    names.retain(|name| name != "a.clean");
     names.sort();
     names
 }
