@@ -8,9 +8,9 @@
 //! 0.008.
 //!
 //! ```text
-//! cargo test -p hedgehop --test engine golden                               all ten
-//! HEDGEHOP_BLESS=1 cargo test -p hedgehop --test engine golden::fog         what is rendered now becomes the golden picture
-//! HEDGEHOP_PIXEL=120,80 cargo test -p hedgehop --test engine golden::fog -- --nocapture    what both engines see there
+//! cargo test -p hedgehop-tests --test engine golden                               all ten
+//! HEDGEHOP_BLESS=1 cargo test -p hedgehop-tests --test engine golden::fog         what is rendered now becomes the golden picture
+//! HEDGEHOP_PIXEL=120,80 cargo test -p hedgehop-tests --test engine golden::fog -- --nocapture    what both engines see there
 //! ```
 
 mod noise;
@@ -128,12 +128,12 @@ impl Golden {
 
     /// The golden picture's file.
     fn file(&self) -> PathBuf {
-        Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/engine/golden").join(format!("{}.png", self.name))
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("engine/golden").join(format!("{}.png", self.name))
     }
 
     /// The command that runs this test alone with a variable of the environment.
     fn command(&self, variable: &str) -> String {
-        format!("{variable} cargo test -p hedgehop --test engine golden::{}", self.name)
+        format!("{variable} cargo test -p hedgehop-tests --test engine golden::{}", self.name)
     }
 
     fn renderer(&self, engine: Engine, isa: Isa) -> Renderer<'static> {
