@@ -253,3 +253,18 @@ impl Iterator for CellWalk {
         Some(CellStep { cell, origin, enter, leave })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn positions_are_rounded_as_floor_does() {
+        let near =
+            [0.0, -0.0, 0.5, 1.0, 1e-300, 1.0 - f64::EPSILON, 7.25, 4.0e9, 9.0e15, 1e18, 9.3e18, 1e300];
+        let far = [f64::INFINITY, f64::NAN, i64::MAX as f64, (1_u64 << 53) as f64];
+        for position in near.into_iter().chain(far).flat_map(|position| [position, -position]) {
+            assert_eq!(whole_below(position), position.floor() as i64, "{position}");
+        }
+    }
+}

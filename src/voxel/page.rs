@@ -68,7 +68,6 @@ pub struct EncodedPage {
 
 /// A page's planes where they lie, after validation. Shapes as in [`PageBuffer`].
 #[derive(Debug, Clone, Copy)]
-#[cfg_attr(test, derive(PartialEq))]
 pub struct PageView<'a> {
     /// Voxels eastward.
     pub width: u32,

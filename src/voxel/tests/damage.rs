@@ -35,7 +35,7 @@ fn is_same(one: &PageView<'_>, other: &PageView<'_>) -> bool {
         && spans == other.spans
 }
 
-/// Bytes that are not copied.
+/// Bytes of a file, borrowed.
 struct Lent<'a>(&'a AlignedBytes);
 
 impl FileBytes for Lent<'_> {
