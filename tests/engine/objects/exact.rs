@@ -12,8 +12,8 @@ const FINE: u32 = 48;
 pub fn shares(view: &View, boxes: &[[DVec3; 2]], hits: impl Fn(DVec3, DVec3) -> bool) -> Vec<f64> {
     let axes = axes(view);
     let [width, height] = view.size;
-    let (middle, up) = (0.5 * f64::from(width), 0.5 * f64::from(height));
-    let focal = middle / (0.5 * view.hfov.to_radians()).tan();
+    let (half_width, half_height) = (0.5 * f64::from(width), 0.5 * f64::from(height));
+    let focal = half_width / (0.5 * view.hfov.to_radians()).tan();
 
     // Nothing of a box is seen beyond its corners.
     let seen = boxes.iter().map(|corners| {
@@ -21,7 +21,7 @@ pub fn shares(view: &View, boxes: &[[DVec3; 2]], hits: impl Fn(DVec3, DVec3) -> 
             let corner = DVec3::from_array([0, 1, 2].map(|axis| corners[corner >> axis & 1][axis]));
             let to = axes.transpose() * (corner - view.eye);
             assert!(to.y > 0.0, "{corner} is behind the eye");
-            let at = DVec2::new(middle + focal * to.x / to.y, up - focal * to.z / to.y);
+            let at = DVec2::new(half_width + focal * to.x / to.y, half_height - focal * to.z / to.y);
             (first.min(at), last.max(at))
         })
     });
@@ -37,7 +37,7 @@ pub fn shares(view: &View, boxes: &[[DVec3; 2]], hits: impl Fn(DVec3, DVec3) -> 
         }
         let rays = (0..FINE * FINE).map(|part| {
             let (right, down) = (within(column, part % FINE), within(row, part / FINE));
-            (axes * DVec3::new(right - middle, focal, up - down)).normalize()
+            (axes * DVec3::new(right - half_width, focal, half_height - down)).normalize()
         });
         rays.filter(|direction| hits(view.eye, *direction)).count() as f64 / f64::from(FINE * FINE)
     };
