@@ -1,4 +1,5 @@
-//! Tells unit tests whether the machine that compiles them has AVX-512: where it has not, they leave those kernels out.
+//! Tells builds with assertions whether the machine that compiles them has AVX-512: where it has not, they leave those
+//! kernels out.
 
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");

@@ -37,8 +37,6 @@ mod ray;
 #[doc(hidden)]
 pub mod scan;
 mod solid;
-#[cfg(test)]
-pub(crate) mod solid_tests;
 mod surface;
 #[cfg(test)]
 mod tests;

@@ -150,11 +150,8 @@ impl<'a> Solids<'a> {
 
         Ok(spans.iter().filter(holds).map(top).reduce(f64::max))
     }
-}
 
-#[cfg(test)]
-impl Solids<'_> {
-    /// [`Self::along`], voxel by voxel: what passing many at once is held against.
+    /// Appends and returns what [`Self::along`] does, voxel by voxel: what passing many at once is held against.
     pub fn along_each_voxel(
         &mut self,
         ray: &GridRay,

@@ -146,7 +146,8 @@ impl Renderer<'_> {
 
     /// [`Self::frame_with`]; unless it `describes` surfaces, only colour and range mean something, and ranges at outlines of what scan
     /// planes see are those of the nearest plane and row.
-    pub(super) fn seen_with(
+    #[doc(hidden)]
+    pub fn seen_with(
         &self,
         camera: &Camera,
         overlays: Overlays<'_>,

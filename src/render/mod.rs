@@ -29,12 +29,8 @@ mod renderer;
 mod shadows;
 mod shown_ground;
 mod spans;
-#[cfg(test)]
-mod spans_tests;
 mod sunlit;
 mod surface;
-#[cfg(test)]
-mod tests;
 mod unserved;
 
 pub use account::Rendered;

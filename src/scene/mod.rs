@@ -15,21 +15,15 @@ mod form;
 mod joint;
 mod light;
 mod model;
-#[cfg(test)]
-mod night_tests;
 mod object;
 mod object_table;
 mod onward;
 mod part;
-#[cfg(test)]
-mod part_tests;
 mod picture;
 mod place;
 mod plume;
 mod slope;
 mod sun;
-#[cfg(test)]
-mod tests;
 mod weather_tables;
 
 #[doc(hidden)]

@@ -23,5 +23,8 @@ mod objects;
 mod page_planner;
 mod page_sources;
 mod planes;
+mod refusals;
 mod residency;
+mod scenes;
+mod spans;
 mod weather;

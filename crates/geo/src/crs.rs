@@ -19,15 +19,29 @@ use hedgehop_base::error::{Error, Result};
 pub struct Crs {
     pub(super) name: String,
     epsg: Option<u32>,
-    proj: Option<String>,
-    /// Shifts of the datum, if there is more than one; `proj` has that of places without one of their own.
+    /// `None` for local metres.
+    definition: Option<LoadedDefinition>,
+    /// Shifts of the datum, if there is more than one; the definition has that of places without one of their own.
     shifts: Shifts,
     pub(super) doubt: Option<String>,
 }
 
 impl PartialEq for Crs {
     fn eq(&self, other: &Self) -> bool {
-        (&self.name, self.epsg, &self.proj) == (&other.name, other.epsg, &other.proj)
+        (&self.name, self.epsg, &self.definition) == (&other.name, other.epsg, &other.definition)
+    }
+}
+
+/// A definition that can be loaded, read once, and its text.
+#[derive(Debug, Clone, PartialEq)]
+struct LoadedDefinition {
+    terms: Definition,
+    text: String,
+}
+
+impl From<Definition> for LoadedDefinition {
+    fn from(terms: Definition) -> Self {
+        Self { text: terms.to_string(), terms }
     }
 }
 
@@ -38,7 +52,7 @@ impl Crs {
     }
 
     fn unplaced(name: &str) -> Self {
-        Self { name: name.into(), epsg: None, proj: None, shifts: Shifts::default(), doubt: None }
+        Self { name: name.into(), epsg: None, definition: None, shifts: Shifts::default(), doubt: None }
     }
 
     /// Finds the system of a code of EPSG or Esri; of a compound system the horizontal part.
@@ -88,7 +102,7 @@ impl Crs {
         Ok(Self {
             name: shortened(name),
             epsg: None,
-            proj: Some(definition.to_string()),
+            definition: Some(definition.into()),
             shifts: match geodetic.shifts.clone() {
                 _ if is_one => Shifts::default(),
                 shifts => shifts,
@@ -141,7 +155,7 @@ impl Crs {
     pub(super) fn by_definition(definition: &str, name: &str) -> Result<Self, String> {
         let stated = Definition::parse(definition)?;
         let definition = Definition::loadable(definition)?;
-        let mut crs = Self { proj: Some(definition.to_string()), ..Self::unplaced(name) };
+        let mut crs = Self { definition: Some(definition.into()), ..Self::unplaced(name) };
 
         // PROJ's names of datums that lie otherwise from place to place.
         let code = match stated.get("datum").map(str::to_ascii_uppercase).as_deref() {
@@ -173,8 +187,8 @@ impl Crs {
 
     /// WGS 84 longitude and latitude, degrees.
     pub fn wgs84() -> Self {
-        let proj = Some("+proj=longlat +datum=WGS84".to_owned());
-        Self { epsg: Some(4326), proj, ..Self::unplaced("WGS 84") }
+        let definition = Some(Definition::wgs84_degrees().into());
+        Self { epsg: Some(4326), definition, ..Self::unplaced("WGS 84") }
     }
 
     /// The metric system for an area given in degrees (west, south, east, north): the UTM zone of its centre
@@ -192,7 +206,7 @@ impl Crs {
     pub fn settled(&self, longitude: f64, latitude: f64) -> Self {
         let mut settled = Self { shifts: Shifts::default(), ..self.clone() };
         if let (Some(definition), Some(shift)) = (self.definition(), self.shifts.at(longitude, latitude)) {
-            settled.proj = Some(definition.with_shift(shift.towgs84.as_deref()).to_string());
+            settled.definition = Some(definition.with_shift(shift.towgs84.as_deref()).into());
         }
         settled
     }
@@ -209,17 +223,17 @@ impl Crs {
 
     /// PROJ definition; `None` for local metres.
     pub fn proj(&self) -> Option<&str> {
-        self.proj.as_deref()
+        self.definition.as_ref().map(|definition| definition.text.as_str())
     }
 
     /// Coordinates are degrees.
     pub fn is_geographic(&self) -> bool {
-        self.definition().is_some_and(|definition| definition.is_geographic())
+        self.definition().is_some_and(Definition::is_geographic)
     }
 
     /// Plain metres without a place on Earth.
     pub fn is_local(&self) -> bool {
-        self.proj.is_none()
+        self.definition.is_none()
     }
 
     /// Metres per unit of the coordinates, above 0: 1 for metres and local systems; `None` for degrees.
@@ -241,21 +255,21 @@ impl Crs {
     /// within a metre or two and have no shift to it (ETRS89, SIRGAS 2000) count as WGS 84.
     pub fn is_equivalent(&self, other: &Self) -> bool {
         let (Some(one), Some(two)) = (self.definition(), other.definition()) else {
-            return self.proj.is_none() && other.proj.is_none();
+            return self.is_local() && other.is_local();
         };
-        one.is_equivalent(&two) || self.is_same(other)
+        one.is_equivalent(two) || self.is_same(other)
     }
 
     /// Whether positions pass unchanged from one to the other, to the last metre: a datum that counts as WGS 84, but
     /// lies otherwise in some places, as NAD83 does in Hawaii, is not the same.
     pub(super) fn is_same(&self, other: &Self) -> bool {
         let (Some(one), Some(two)) = (self.definition(), other.definition()) else {
-            return self.proj.is_none() && other.proj.is_none();
+            return self.is_local() && other.is_local();
         };
         // A map takes those shifts of a datum alone that hold in its area.
         let is_one_datum = one.get("datum") == Some("NAD83") && two.get("datum") == Some("NAD83");
         if self.shifts == other.shifts || is_one_datum {
-            return one.is_equivalent(&two);
+            return one.is_equivalent(two);
         }
         // One of them is settled, or both: the same system all the same, or one that has a shift of the other.
         let is_named_alike = self.epsg.is_some() && self.epsg == other.epsg
@@ -269,8 +283,8 @@ impl Crs {
         (is_named_alike || is_shared) && one.with_shift(None).is_equivalent(&two.with_shift(None))
     }
 
-    pub(super) fn definition(&self) -> Option<Definition> {
-        Definition::parse(self.proj.as_deref()?).ok()
+    pub(super) fn definition(&self) -> Option<&Definition> {
+        self.definition.as_ref().map(|definition| &definition.terms)
     }
 
     /// Whether its datum has the same shift to WGS 84 everywhere.

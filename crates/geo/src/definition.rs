@@ -111,6 +111,12 @@ impl Definition {
         Ok(Self(pairs))
     }
 
+    /// Returns longitude and latitude on WGS 84, degrees.
+    pub(super) fn wgs84_degrees() -> Self {
+        let term = |key: &str, value: &str| (key.to_owned(), Some(value.to_owned()));
+        Self(vec![term("proj", "longlat"), term("datum", "WGS84")])
+    }
+
     /// Reads a definition and makes it loadable as the module's account says.
     pub(super) fn loadable(text: &str) -> Result<Self, String> {
         let mut definition = Self::parse(text)?;

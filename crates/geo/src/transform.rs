@@ -67,7 +67,7 @@ impl Side {
             ))
         })?;
         let proj = definition.load().map_err(Error::Configuration)?;
-        let shifting = Shifting::new(crs, &definition).map_err(Error::Configuration)?;
+        let shifting = Shifting::new(crs, definition).map_err(Error::Configuration)?;
         let meridian = definition.meridian().map_err(Error::Configuration)?;
         Ok(Self { proj, degrees: definition.is_geographic(), meridian, shifting })
     }

@@ -72,8 +72,8 @@ struct WrittenProjected {
 impl Crs {
     /// Well-known text as of a `.prj` file; `None` for local metres, and for what it has no words for.
     pub fn to_esri_wkt(&self) -> Option<String> {
-        let definition = Definition::parse(self.proj()?).ok()?;
-        let datum = datum_of(&definition)?;
+        let definition = self.definition()?;
+        let datum = datum_of(definition)?;
         let Datum { name, ellipsoid, axis, inverse_flattening, .. } = datum;
         let geographic = format!(
             "GEOGCS[\"GCS_{name}\",DATUM[\"D_{name}\",SPHEROID[\"{ellipsoid}\",{axis:?},{inverse_flattening:?}]],PRIMEM[\"Greenwich\",0.0],UNIT[\"Degree\",0.0174532925199433]]"
@@ -82,7 +82,7 @@ impl Crs {
             return Some(geographic);
         }
 
-        let WrittenProjected { name: method, parameters, .. } = projected(&definition)?;
+        let WrittenProjected { name: method, parameters, .. } = projected(definition)?;
         // A system without a name is called by its definition, which is no name.
         let name = Some(self.name()).filter(|name| !name.starts_with('+')).unwrap_or("Unnamed");
         let title: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
@@ -98,7 +98,7 @@ impl Crs {
 
     /// Geo keys for pixels that are areas; `None` for local metres, and for what they have no words for.
     pub fn to_geo_keys(&self) -> Option<WrittenKeys> {
-        let definition = Definition::parse(self.proj()?).ok()?;
+        let definition = self.definition()?;
         let is_geographic = definition.is_geographic();
         let mut keys = KeyEntries::default();
         // Model type: 1 projected, 2 geographic. Raster type: 1, pixels are areas.
@@ -112,7 +112,7 @@ impl Crs {
                 keys.short(3072, code);
                 keys.short(3076, METRE);
             }
-            (None, _) => keys.by_parameters(&definition)?,
+            (None, _) => keys.by_parameters(definition)?,
         }
         Some(keys.written())
     }

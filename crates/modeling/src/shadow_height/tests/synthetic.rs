@@ -140,9 +140,8 @@ impl World {
         // Meadows, soil and ploughing.
         let patch = noise(place, 37.0, self.seed) - 0.5;
         let grain = noise(place, 3.0, self.seed ^ 1) - 0.5 + 0.7 * (noise(place, 0.9, self.seed ^ 2) - 0.5);
-        let stripes = 0.35
-            * (place.dot(dvec2(0.8, 0.6)) * 1.3).sin()
-            * f64::from(noise(place, 90.0, self.seed ^ 3) > 0.5);
+        let is_ploughed = noise(place, 90.0, self.seed ^ 3) > 0.5;
+        let stripes = if is_ploughed { 0.35 * (place.dot(dvec2(0.8, 0.6)) * 1.3).sin() } else { 0.0 };
         let ground = 0.22 * (self.texture * (1.2 * patch + 1.3 * grain + stripes)).exp();
         let sky = 1.0 - self.direct;
         let from = place.extend(hills(place) + 1e-3);

@@ -2,11 +2,11 @@ use std::fs;
 
 use glam::{DMat3, DVec2, DVec3};
 
-use super::*;
-use crate::objects::{Body, Form, Model};
-use crate::weather::chance::unit as scatter;
-use hedgehop_base::error::Result;
-use hedgehop_geo::Crs;
+use hedgehop::Result;
+use hedgehop::geo::Crs;
+use hedgehop::objects::{Body, Form, Model};
+use hedgehop::scene::*;
+use hedgehop_testing::Random;
 
 /// Reads a scene from text, with tables of angles, a track and models beside it.
 fn read(text: &str) -> Result<Scene> {
@@ -357,7 +357,7 @@ fn what_leans_stands_on_an_inclined_plane_at_any_time() {
 #[test]
 fn what_leans_does_not_jump_where_the_ground_is_rough() {
     // Posts 1 m apart whose heights have no pattern, half a metre up and down, on a slope: bilinear between.
-    let post = |x: f64, y: f64| 0.2 * x + 0.5 * scatter((x * 7919.0 + y * 104_729.0).abs() as u64);
+    let post = |x: f64, y: f64| 0.2 * x + 0.5 * Random((x * 7919.0 + y * 104_729.0).abs() as u64).share();
     let rough = |place: DVec2| {
         let (low, part) = (place.floor(), place - place.floor());
         let row = |y: f64| post(low.x, y) * (1.0 - part.x) + post(low.x + 1.0, y) * part.x;

@@ -1,123 +1,20 @@
 //! What stands on the ground, by scan planes and by the reference.
 
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DVec3, Vec3};
 
-use super::reference::marcher;
-use super::*;
-use crate::earth::Curvature;
-use crate::frame::Frame;
-use crate::raymarch::Marcher;
-use crate::raymarch::solid_tests::{pillar, pyramid, short_ridge, standing, standing_as, standing_on};
-use crate::space::{Attitude, Pose};
-use crate::voxel::{Attributes, BoundsView, Cut, Header, MemPages, PageId, PageView, Span, SpansView};
-
-const CODE: crate::voxel::HeightCode = crate::raymarch::solid_tests::CODE;
-/// Side of a voxel of the village, metres.
-const SPACING: f64 = 2.0;
-
-/// Houses with gabled roofs, trees with stems, a bridge, a wire.
-fn village(as_objects: bool) -> MemPages {
-    standing_as(as_objects, |x, y| {
-        let at = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
-        let mut spans = Vec::new();
-        for (index, (centre, turn)) in
-            [((150.0, 140.0), 0.3), ((175.0, 150.0), 1.2), ((160.0, 170.0), 0.0), ((140.0, 165.0), -0.5)]
-                .into_iter()
-                .enumerate()
-        {
-            let to = DVec2::from_angle(-turn).rotate(at - DVec2::from(centre));
-            let half = DVec2::new(7.0, 4.5);
-            let inside = half - to.abs();
-            if inside.min_element() < -0.75 {
-                continue;
-            }
-
-            // Two walls at corners.
-            let mut cuts = [Cut::NONE; 3];
-            let walls =
-                [(DVec2::new(to.x.signum(), 0.0), inside.x), (DVec2::new(0.0, to.y.signum()), inside.y)];
-            let walls = walls.into_iter().filter(|(_, beyond)| *beyond <= 0.75);
-            for (cut, (normal, beyond)) in cuts.iter_mut().zip(walls) {
-                let angle = DVec2::from_angle(turn).rotate(normal).to_angle();
-                *cut = Cut::wall(turn_of(angle), (beyond * 128.0).round() as i32);
-            }
-
-            let down = DVec2::from_angle(turn).rotate(DVec2::new(0.0, -to.y.signum())) * 0.7;
-            let wall = Span {
-                cuts,
-                slope: [(down.x * 32.0).round() as i8, (down.y * 32.0).round() as i8],
-                top: [150 - 20 * index as u8, 60, 40],
-                side: [225, 215, 190 - 30 * index as u8],
-                ..pillar(6.0 + 0.7 * SPACING * (half.y - to.y.abs()))
-            };
-
-            spans.push(wall);
-        }
-
-        for (centre, high) in
-            [((130.0, 140.0), 14.0), ((134.0, 150.0), 11.0), ((165.0, 185.0), 16.0), ((190.0, 170.0), 12.0)]
-        {
-            let out = at - DVec2::from(centre);
-            tree(out, high, DENSE, &mut spans);
-        }
-
-        if (118..123).contains(&x) {
-            spans.push(Span {
-                low: CODE.encode(8.0),
-                side: [130, 130, 130],
-                top: [90, 90, 95],
-                ..pillar(9.5)
-            });
-        }
-
-        spans.sort_by_key(|span| (span.low, span.high));
-        spans
-    })
-}
-
-/// A direction (radians) in 256ths of a turn.
-fn turn_of(angle: f64) -> u8 {
-    (angle / std::f64::consts::TAU * 256.0).round().rem_euclid(256.0) as u8
-}
-
-/// State of a crown that lets some light through.
-const DENSE: u8 = 11;
-
-/// A stem and a crown, `out` voxels from their middle.
-fn tree(out: DVec2, high: f64, crown: u8, spans: &mut Vec<Span>) {
-    if out.length() < 0.8 {
-        spans.push(Span { side: [90, 70, 50], ..pillar(5.0) });
-    }
-    let radius = 3.6;
-    if out.length() < radius {
-        let half = 0.5 * (high - 4.0) * (1.0 - (out.length() / radius).powi(2)).sqrt();
-        let middle = 0.5 * (high + 4.0);
-        spans.push(Span {
-            low: CODE.encode(middle - half),
-            cuts: [Cut::round(turn_of(out.to_angle())), Cut::NONE, Cut::NONE],
-            top: [60, 110, 40],
-            side: [45, 85, 35],
-            state: crown,
-            ..pillar(middle + half)
-        });
-    }
-}
-
-/// Trees of many heights, some six voxels from each other.
-fn wood(crown: u8) -> MemPages {
-    standing_as(false, |x, y| {
-        let mut spans = Vec::new();
-        let (i, j) = (i64::from(x) / 6, i64::from(y) / 6);
-        for (i, j) in (-1..=1).flat_map(|dj| (-1..=1).map(move |di| (i + di, j + dj))) {
-            let chance = ((i * 73 + j * 151).rem_euclid(97)) as f64 / 97.0;
-            let middle = DVec2::new(6.0 * i as f64 + 1.0 + 4.0 * chance, 6.0 * j as f64 + 5.0 - 4.0 * chance);
-            let out = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5) - middle;
-            tree(out, 9.0 + 9.0 * chance, crown, &mut spans);
-        }
-        spans.sort_by_key(|span| (span.low, span.high));
-        spans
-    })
-}
+use super::scenes::{
+    CODE, DENSE, SPACING, pillar, pyramid, short_ridge, standing, standing_on, village, wood,
+};
+use hedgehop::Result;
+use hedgehop::earth::Curvature;
+use hedgehop::frame::Frame;
+use hedgehop::raymarch::Marcher;
+use hedgehop::render::{Overlays, RenderOptions, Renderer, level_bands, render_reference};
+use hedgehop::space::{Attitude, Camera, Pose};
+use hedgehop::subimage::Farm;
+use hedgehop::voxel::{
+    Attributes, BoundsView, Header, MemPages, PageId, PageSource, PageView, Span, SpansView,
+};
 
 fn camera(east: f64, north: f64, up: f64, attitude: [f64; 3]) -> Camera {
     camera_of(east, north, up, attitude, 60.0)
@@ -303,8 +200,15 @@ fn range_along(marcher: &mut Marcher<'_>, camera: &Camera, x: f64, y: f64) -> f6
     standing.map_or(ground, |hit| hit.range)
 }
 
-/// Differences of the engine from the reference over several views: sorted relative ones of range, by the ray nearest to what was found of all through a pixel,
+/// The reference's marcher of a view.
+fn marcher<'a>(pages: &'a MemPages, camera: &Camera, options: &RenderOptions) -> Marcher<'a> {
+    let bands = level_bands(pages.header(), camera, options);
+    Marcher::new(pages, bands, options.surface).curved(options.curvature)
+}
+
+/// Differences of the engine from the reference over several views: relative ones of range, by the ray nearest to what was found of all through a pixel,
 /// and by the pixel's own; share of pixels where one sees sky, and mean difference of light.
+#[derive(Default)]
 struct Differences {
     within: Vec<f64>,
     own: Vec<f64>,
@@ -313,44 +217,53 @@ struct Differences {
 }
 
 impl Differences {
-    /// Renders frames by both engines at level 1, where spans are seen, and compares them; `describes` says whether with surfaces.
-    fn of(pages: &MemPages, cameras: &[Camera], describes: bool) -> Self {
+    /// Renders frames by both engines at level 1, where spans are seen, and compares them: those of light and range alone, and those that describe
+    /// surfaces.
+    fn of(pages: &MemPages, cameras: &[Camera]) -> [Self; 2] {
         let farm = Farm::new(2).unwrap();
         let options = RenderOptions {
             curvature: Curvature::standard(),
             detail: 50.0,
             ..RenderOptions::of(pages.header())
         };
-        let mut all = Self { within: Vec::new(), own: Vec::new(), sky: 0.0, light: 0.0 };
+        let mut all = [Self::default(), Self::default()];
         let pixels: usize = cameras.iter().map(|camera| (camera.width * camera.height) as usize).sum();
 
         for camera in cameras {
-            let renderer = Renderer::new(pages, &options);
-            let fast = renderer.seen_with(camera, Overlays::default(), describes, &farm).unwrap().frame;
             let exact = render_reference(pages, camera, &options, &farm).unwrap().frame;
             let mut marcher = marcher(pages, camera, &options);
-
-            for (index, (&found, &own)) in fast.range.iter().zip(&exact.range).enumerate() {
-                let [one, other] = [&fast, &exact].map(|frame| Vec3::from_array(frame.colour[index]));
-                all.light += f64::from((one - other).abs().element_sum()) / (3 * pixels) as f64;
-                if found.is_infinite() || own.is_infinite() {
-                    all.sky += f64::from(u8::from(found != own)) / pixels as f64;
-                    continue;
-                }
-                let error = (f64::from(found) - f64::from(own)).abs() / f64::from(own);
-                all.own.push(error);
-                all.within.push(error.min(least_error(&mut marcher, camera, index, (found, error))));
+            for (all, describes) in all.iter_mut().zip([false, true]) {
+                let renderer = Renderer::new(pages, &options);
+                let fast = renderer.seen_with(camera, Overlays::default(), describes, &farm).unwrap().frame;
+                all.add([&fast, &exact], &mut marcher, pixels);
             }
         }
 
-        all.within.sort_by(f64::total_cmp);
-        all.own.sort_by(f64::total_cmp);
         all
     }
 
+    /// Counts a view of both engines, one of views of so many pixels in all.
+    fn add(&mut self, [fast, exact]: [&Frame; 2], marcher: &mut Marcher<'_>, pixels: usize) {
+        for (index, (&found, &own)) in fast.range.iter().zip(&exact.range).enumerate() {
+            let [one, other] = [fast, exact].map(|frame| Vec3::from_array(frame.colour[index]));
+            self.light += f64::from((one - other).abs().element_sum()) / (3 * pixels) as f64;
+            if found.is_infinite() || own.is_infinite() {
+                self.sky += f64::from(u8::from(found != own)) / pixels as f64;
+                continue;
+            }
+
+            let error = (f64::from(found) - f64::from(own)).abs() / f64::from(own);
+            self.own.push(error);
+            self.within.push(error.min(least_error(marcher, &fast.camera, index, (found, error))));
+        }
+    }
+
     /// Median, 99 % and 99.6 % of some of them.
-    fn shares(errors: &[f64]) -> [f64; 3] {
-        [0.5, 0.99, 0.996].map(|share| errors[(errors.len() as f64 * share) as usize])
+    fn shares(errors: &mut [f64]) -> [f64; 3] {
+        [0.5, 0.99, 0.996].map(|share| {
+            let index = (errors.len() as f64 * share) as usize;
+            *errors.select_nth_unstable_by(index, f64::total_cmp).1
+        })
     }
 }
 
@@ -369,7 +282,7 @@ fn least_error(marcher: &mut Marcher<'_>, camera: &Camera, index: usize, (found,
     least
 }
 
-/// The bounds of the surface (`tests/engine/frames.rs`): median, 99 % and 99.6 % of the relative differences of range, share of pixels where one sees sky, mean difference of
+/// The bounds of the surface (`../frames.rs`): median, 99 % and 99.6 % of the relative differences of range, share of pixels where one sees sky, mean difference of
 /// light.
 ///
 /// Planes lie up to half a pixel from a pixel's own ray, and in a wood there is an outline in every second pixel: what counts of them is whether a ray through the
@@ -445,9 +358,8 @@ fn planes_see_what_stands_within_the_bounds_of_the_surface() {
         ("level wood that light comes through", wood(DENSE), &of_level_wood[..], true),
     ] {
         let is_met = |shares: [f64; 3]| shares[0] <= 1.5e-4 && shares[1] <= 3e-3 && shares[2] <= 1e-2;
-        for describes in [false, true] {
-            let found = Differences::of(&pages, cameras, describes);
-            let [within, own] = [&found.within, &found.own].map(|errors| Differences::shares(errors));
+        for (mut found, describes) in Differences::of(&pages, cameras).into_iter().zip([false, true]) {
+            let [within, own] = [&mut found.within, &mut found.own].map(|errors| Differences::shares(errors));
             let name = if describes { format!("{name}, described") } else { name.to_owned() };
             println!(
                 "{name}: {within:?}, own rays {own:?}, sky {:.1e}, light {:.1e}",

@@ -4,11 +4,11 @@ use std::fs;
 
 use glam::{DVec2, DVec3};
 
-use super::*;
-use crate::objects::PointLight;
-use crate::weather::{GroundCover, Precipitation, PrecipitationKind};
-use hedgehop_base::error::Result;
-use hedgehop_geo::Crs;
+use hedgehop::Result;
+use hedgehop::geo::Crs;
+use hedgehop::objects::PointLight;
+use hedgehop::scene::*;
+use hedgehop::weather::{GroundCover, Precipitation, PrecipitationKind};
 
 fn read(text: &str) -> Result<Scene> {
     let folder = tempfile::tempdir().unwrap();

@@ -1,103 +1,16 @@
 //! What stands on the ground against closed forms.
 
-use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
 use glam::{DVec2, DVec3};
 use proptest::prelude::*;
 
-use super::*;
-use crate::earth::Curvature;
-use crate::voxel::{
-    Arrays, Cut, Grid, HeightCode, MemPages, Metadata, PageSource, Placement, SharedObject, SharedObjects,
-    Span, SpanArrays, SpanTable, Symmetry, build_standing,
+use super::scenes::{
+    APEX, CODE, HALF_RIDGE, SIDE, SPACING, hipped, hipped_height, pillar, short_ridge, standing, standing_as,
 };
-
-/// Voxels along the area's side, and the side of one, metres.
-const SIDE: u32 = 320;
-const SPACING: f64 = 2.0;
-
-/// Steps of 1 mm from 10 m below the datum on.
-pub const CODE: HeightCode = HeightCode { scale: 1.0e-3, offset: -10.0 };
-
-/// An opaque span on the ground, its upper end `high` metres high.
-pub fn pillar(high: f64) -> Span {
-    Span {
-        low: Span::GROUND,
-        high: CODE.encode(high),
-        slope: [0, 0],
-        cuts: [Cut::NONE; 3],
-        top: [200, 60, 50],
-        state: Span::OPAQUE,
-        side: [220, 210, 190],
-        material: 2,
-    }
-}
-
-/// Level ground at 0 m with spans; the surface is their highest upper end.
-pub fn standing(spans_of: impl Fn(u32, u32) -> Vec<Span>) -> MemPages {
-    standing_as(false, spans_of)
-}
-
-/// The same with all that stands as objects of 20 × 20 voxels, each of them placed once.
-pub fn standing_as(objects: bool, spans_of: impl Fn(u32, u32) -> Vec<Span>) -> MemPages {
-    standing_on(|_, _| 0.0, objects, spans_of)
-}
-
-/// The same on ground of that height over the centres of voxels, metres.
-pub fn standing_on(
-    ground_of: impl Fn(u32, u32) -> f64,
-    objects: bool,
-    spans_of: impl Fn(u32, u32) -> Vec<Span>,
-) -> MemPages {
-    raised(&ground_of, objects, &spans_of)
-}
-
-/// Builds a database of ground and spans; compiled once for all closures.
-fn raised(
-    ground_of: &dyn Fn(u32, u32) -> f64,
-    objects: bool,
-    spans_of: &dyn Fn(u32, u32) -> Vec<Span>,
-) -> MemPages {
-    const PART: u32 = 20;
-    const FOOT: u16 = 5000;
-
-    let grid = Grid { nx: SIDE, ny: SIDE, spacing: SPACING, origin: DVec2::new(1000.0, 2000.0) };
-    let voxels = || (0..SIDE).flat_map(|y| (0..SIDE).map(move |x| (x, y)));
-    let spans: BTreeMap<_, _> =
-        voxels().map(|at| (at, spans_of(at.0, at.1))).filter(|(_, spans)| !spans.is_empty()).collect();
-    let ground: Vec<f64> = voxels().map(|(x, y)| ground_of(x, y)).collect();
-    let top = |at: (u32, u32)| spans.get(&at).into_iter().flatten().map(|span| span.high).max();
-    let top = |at: (u32, u32)| top(at).and_then(|code| CODE.decode(code)).unwrap_or(f64::NEG_INFINITY);
-    let heights: Vec<f64> = voxels().zip(&ground).map(|(at, ground)| top(at).max(*ground)).collect();
-    let grass = vec![[80, 120, 60]; ground.len()];
-    let arrays = Arrays { grid, heights: &heights, colours: &grass, attributes: None };
-    let (mut parts, mut placed) = (Vec::new(), Vec::new());
-    let corners = (0..SIDE / PART).flat_map(|y| (0..SIDE / PART).map(move |x| (PART * x, PART * y)));
-
-    for corner in corners.filter(|_| objects) {
-        let above = |code: u16| if code == Span::GROUND { code } else { code - FOOT };
-        let part = SharedObject::new([PART as u16; 2], SpanTable::rise(CODE, SPACING), |x, y, out| {
-            let here = spans.get(&(corner.0 + u32::from(x), corner.1 + u32::from(y))).into_iter().flatten();
-            out.extend(here.map(|span| Span { low: above(span.low), high: above(span.high), ..*span }));
-        });
-        let placement = Placement::new(parts.len() as u16, Symmetry::new(0), [0, 0], FOOT);
-        placed.push(([i64::from(corner.0), i64::from(corner.1)], placement));
-        parts.push(part);
-    }
-
-    let own = if objects { BTreeMap::new() } else { spans.clone() };
-    let standing = SpanArrays {
-        heights: &ground,
-        colours: &grass,
-        spans: &own,
-        objects: &SharedObjects::new(parts),
-        placed: &placed,
-        code: CODE,
-    };
-
-    build_standing(&arrays, &standing, &Metadata::default()).unwrap()
-}
+use hedgehop::earth::Curvature;
+use hedgehop::raymarch::{Face, GridRay, LevelBands, Marcher, PageCursor, SolidHit, Solids, Surface};
+use hedgehop::voxel::{Cut, MemPages, PageSource, Span};
 
 /// A marcher that sees bare ground everywhere.
 fn marcher(pages: &MemPages) -> Marcher<'_> {
@@ -206,66 +119,6 @@ fn roofs_are_planes() {
         let expected = DVec3::new(0.0, -slope, 1.0).normalize();
         assert!((hits[0].normal - expected).length() < 1e-6);
     }
-}
-
-/// Middle of [`pyramid`], units.
-const APEX: DVec2 = DVec2::new(160.3, 160.6);
-
-/// Half a ridge shorter than a voxel, units eastward.
-const HALF_RIDGE: f64 = 0.18;
-
-/// Height of a roof with hips to the north-east and so on, and half a ridge of this length (units), metres.
-fn hipped_height(half_ridge: f64, at: DVec2) -> f64 {
-    let [x, y] = (at - APEX).abs().to_array();
-    20.0 - 0.5 * SPACING * (x - half_ridge).max(y).max(0.0)
-}
-
-/// The wedges of a pyramid over a voxel; four in that of its apex.
-pub fn pyramid(x: u32, y: u32) -> Vec<Span> {
-    hipped(0.0, x, y)
-}
-
-/// The parts of a hipped roof over a voxel; in that of its ridge, which is shorter, two of them lie within three joints.
-pub fn short_ridge(x: u32, y: u32) -> Vec<Span> {
-    hipped(HALF_RIDGE, x, y)
-}
-
-fn hipped(half_ridge: f64, x: u32, y: u32) -> Vec<Span> {
-    let centre = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
-    if (centre - APEX).abs().max_element() > 8.0 {
-        return Vec::new();
-    }
-
-    let side = |quarter: u8| {
-        let out = DVec2::from_angle(f64::from(quarter) * std::f64::consts::FRAC_PI_2).round();
-        let (mut cuts, mut joined, mut count) = ([Cut::NONE; 3], 0, 0);
-
-        // Lines at an eighth of a turn to either side of `out`, beyond which the neighbours are lower, and the ridge.
-        let has_ridge = half_ridge > 0.0 && quarter % 2 == 1;
-        for turn in [96_u8, 160, 128].into_iter().take(if has_ridge { 3 } else { 2 }) {
-            let facing = turn.wrapping_add(64 * quarter);
-            let normal = DVec2::from(Cut::wall(facing, 0).normal().map(f64::from));
-            let end = half_ridge * if quarter.is_multiple_of(2) { out.x } else { normal.x.signum() };
-            let end = if turn == 128 { APEX } else { APEX + DVec2::new(end, 0.0) };
-            let distance = normal.dot(end - centre);
-            let reach = 0.5 * normal.abs().element_sum();
-            if distance <= -reach {
-                return None;
-            }
-
-            if distance < reach {
-                cuts[count] = Cut::wall(facing, (distance * f64::from(Cut::STEPS)).round() as i32);
-                joined |= Span::JOINED.get(count).copied().unwrap_or_default();
-                count += 1;
-            }
-        }
-
-        let high = 20.0 - 0.5 * SPACING * (out.dot(centre - APEX) - out.x.abs() * half_ridge);
-        let slope = (out * -0.5 * f64::from(Span::SLOPE_STEPS)).to_array().map(|slope| slope.round() as i8);
-        Some(Span { cuts, slope, state: Span::OPAQUE | joined, ..pillar(high) })
-    };
-
-    (0..4).filter_map(side).collect()
 }
 
 #[test]

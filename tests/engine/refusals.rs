@@ -1,12 +1,13 @@
-//! What is refused.
+//! Options of rendering that are refused.
 
 use glam::{DVec2, DVec3};
 
-use super::*;
-use crate::space::{Attitude, Pose};
-use crate::sunlight::Sun;
-use crate::voxel::{Grid, Metadata, build_in_memory};
-use hedgehop_base::error::Error;
+use hedgehop::Error;
+use hedgehop::render::{RenderOptions, render_frame};
+use hedgehop::space::{Attitude, Camera, Pose};
+use hedgehop::subimage::Farm;
+use hedgehop::sunlight::Sun;
+use hedgehop::voxel::{Grid, Metadata, build_in_memory};
 
 #[test]
 fn values_that_make_no_picture_are_refused() {

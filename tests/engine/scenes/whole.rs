@@ -2,12 +2,12 @@ use std::fs;
 
 use glam::DVec2;
 
-use super::*;
-use crate::objects::Form;
-use crate::sunlight::{Sun, SunSetting};
-use crate::weather::{Fog, Weather};
-use hedgehop_base::error::Result;
-use hedgehop_geo::Crs;
+use hedgehop::Result;
+use hedgehop::geo::Crs;
+use hedgehop::objects::Form;
+use hedgehop::scene::*;
+use hedgehop::sunlight::{Sun, SunSetting};
+use hedgehop::weather::{Fog, Weather};
 
 /// Reads a scene from text, with a track `car.csv` beside it.
 fn read(text: &str) -> Result<Scene> {
