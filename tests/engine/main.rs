@@ -25,6 +25,7 @@ mod page_sources;
 mod planes;
 mod refusals;
 mod residency;
+mod scan;
 mod scenes;
 mod spans;
 mod weather;

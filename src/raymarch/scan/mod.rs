@@ -32,8 +32,6 @@ mod advance;
 mod blocks;
 mod bounds;
 mod edge;
-#[cfg(test)]
-mod edge_tests;
 mod footprint;
 mod ground;
 mod group;
@@ -48,11 +46,10 @@ mod shape;
 mod spans;
 mod start;
 mod strides;
-#[cfg(test)]
-mod tests;
 mod turned;
 mod upright;
 
+pub use bounds::highest_code;
 pub use footprint::{FootprintGroup, PageFootprint};
 pub use group::PlaneGroup;
 pub use march::{MarchField, PlaneMarch};

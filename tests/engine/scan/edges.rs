@@ -3,9 +3,9 @@
 use glam::{DVec2, DVec3};
 use proptest::prelude::*;
 
-use super::tests::{ALL, ROWS, Sparse, View, compare, noise};
-use crate::simd::{Isa, LANES};
-use crate::voxel::{Grid, MemPages, Metadata, PageSource, build_in_memory};
+use super::profiles::{ALL, ROWS, Sparse, View, compare, noise};
+use hedgehop::simd::{Isa, LANES};
+use hedgehop::voxel::{Grid, MemPages, Metadata, PageSource, build_in_memory};
 
 /// Relative error of a range that counts as one: silhouettes before farther ground.
 const WRONG: f64 = 0.02;

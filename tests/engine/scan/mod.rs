@@ -1,0 +1,4 @@
+//! Scan planes without a picture.
+
+mod edges;
+mod profiles;
