@@ -51,8 +51,17 @@ struct MadeFile {
 impl DiskSpace<'_> {
     /// Bytes of the file at most, without objects and metadata. What stands on the ground has no most: a span on each voxel counts.
     pub fn most_bytes(&self) -> u64 {
+        self.most_bytes_of(&self.counts())
+    }
+
+    fn most_bytes_of(&self, counts: &[u64]) -> u64 {
         let bare = if self.builds { self.plan.stored.count(0) } else { 0 };
-        most_bytes(&self.plan.grid, |level| self.count(level), bare)
+        most_bytes(&self.plan.grid, |level| counts[usize::from(level)], bare)
+    }
+
+    /// Pages of each level that may have bytes. Of a grid that is far too fine they are many, and counting takes its time.
+    fn counts(&self) -> Vec<u64> {
+        (0..self.plan.grid.level_count()).map(|level| self.count(level)).collect()
     }
 
     /// Pages of a level that may have bytes.
@@ -65,8 +74,8 @@ impl DiskSpace<'_> {
         (0..tasks.count()).filter(|task| self.reach.may_fill(grid, tasks.id(*task))).count() as u64
     }
 
-    /// Bytes that a build takes of the disk while all is made: at least, and at most.
-    pub fn needed(&self) -> [u64; 2] {
+    /// Bytes that a build takes of the disk while all is made, at least.
+    pub fn least_needed(&self) -> u64 {
         let mut file = ALIGNMENT;
         let mut least = 0;
         for level in 0..self.plan.grid.level_count() {
@@ -74,21 +83,28 @@ impl DiskSpace<'_> {
             file += made.placed;
             least = least.max(file + made.aside);
         }
-        [least, self.most_needed()]
+        least
     }
 
-    fn most_needed(&self) -> u64 {
+    /// The same at most.
+    pub fn most_needed(&self) -> u64 {
         let grid = &self.plan.grid;
         let (columns, _) = grid.page_dims(0);
         let bare = if self.builds { most_bare_bytes(grid) } else { 0 };
-        let aside = self.count(0).min(u64::from(columns) * u64::from(BAND));
-        self.most_bytes() + aside * (most_page_bytes(grid, 0) + bare)
+        let counts = self.counts();
+        let aside = counts[0].min(u64::from(columns) * u64::from(BAND));
+        self.most_bytes_of(&counts) + aside * (most_page_bytes(grid, 0) + bare)
     }
 
     /// Refuses a build for which there is no room, before any page is made.
     pub fn check(&self, observer: &dyn Observer) -> Result<()> {
-        let Some(free) = self.too_little() else { return Ok(()) };
-        let [least, most] = self.needed();
+        let Some(free) = free_bytes(self.output) else { return Ok(()) };
+        let most = self.most_needed();
+        if most <= free {
+            return Ok(());
+        }
+
+        let least = self.least_needed();
         if least <= free {
             self.note_most(most, free, observer);
             return Ok(());
@@ -107,11 +123,6 @@ impl DiskSpace<'_> {
             megabytes(most),
             free / MEGABYTE
         )))
-    }
-
-    /// Free bytes, if they are not enough whatever comes.
-    fn too_little(&self) -> Option<u64> {
-        free_bytes(self.output).filter(|free| *free < self.most_needed())
     }
 
     fn note_most(&self, most: u64, free: u64, observer: &dyn Observer) {

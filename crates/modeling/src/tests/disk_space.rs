@@ -96,7 +96,7 @@ fn what_is_needed_lies_between_the_least_and_the_most() {
         }
 
         assert_eq!(bare > 0, builds);
-        let [least, most] = room.needed();
+        let [least, most] = [room.least_needed(), room.most_needed()];
         let (mut file, mut peak) = (4096, 0);
         for (aside, placed) in levels {
             file += placed;
@@ -114,8 +114,8 @@ fn a_disk_that_is_too_small_is_told_before_anything_is_made() {
     let options = level(folder.path(), 100.0);
     let plan = plan_of(&options);
     let reach = Reach::of(&Inputs::default(), &plan, &options).unwrap();
-    let [least, most] =
-        DiskSpace { plan: &plan, output: &options.output, builds: false, reach: &reach }.needed();
+    let room = DiskSpace { plan: &plan, output: &options.output, builds: false, reach: &reach };
+    let [least, most] = [room.least_needed(), room.most_needed()];
     let refused = with_free(least - 1, || build(&options, &Silent)).unwrap_err().to_string();
     let megabytes = |bytes: u64| format!("{} MB", bytes.div_ceil(1_000_000));
     assert!(refused.contains("area.hop") && refused.contains("--spacing"), "{refused}");
