@@ -37,7 +37,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // Bound to the area: its reference system, its ground, and the attitude that follows from the motion.
     let crs = Crs::from_record(&metadata.crs_name, metadata.crs_epsg, metadata.crs_proj.as_deref())?;
     let ground = |place: DVec2| ground_height(&area, place).ok().flatten();
-    let options = BindOptions { level: false, hfov: 65.0, clearance: Some(15.0) };
+    let options = BindOptions { hfov: 65.0, clearance: Some(15.0), ..BindOptions::default() };
     let trajectory = Trajectory::bind(&track, &crs, &ground, &options)?;
     track.notes.iter().chain(trajectory.notes()).for_each(|note| println!("note: {note}"));
 

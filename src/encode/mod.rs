@@ -25,8 +25,6 @@ mod info;
 #[doc(hidden)]
 pub mod pattern;
 mod png;
-#[doc(hidden)]
-pub mod rate;
 mod ray_table;
 mod refusal;
 #[doc(hidden)]
@@ -45,7 +43,6 @@ pub use frames::FrameSet;
 pub use info::FrameInfo;
 #[doc(hidden)]
 pub use pattern::{FramePattern, Target};
-pub use rate::FrameRate;
 pub use ray_table::{read_ray_table, write_ray_table};
 #[doc(hidden)]
 pub use write::{Written, encode_frame, encode_picture, read_regular};

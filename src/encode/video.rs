@@ -19,7 +19,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStderr, ChildStdin, Command, ExitStatus, Stdio};
 use std::thread::JoinHandle;
 
-use crate::encode::{FrameRate, atomic, read_picture};
+use crate::encode::{atomic, read_picture};
+use crate::flight::FrameRate;
 use crate::frame::Picture;
 use hedgehop_base::Size;
 use hedgehop_base::error::{Error, Result};

@@ -16,7 +16,7 @@
 use std::io::{self, Write};
 use std::path::Path;
 
-use crate::encode::FrameRate;
+use crate::flight::FrameRate;
 use crate::frame::Picture;
 use hedgehop_base::Size;
 use hedgehop_base::error::{Error, Result};

@@ -1,6 +1,7 @@
 //! Assembly of a track from the fixes of a file.
 
 use super::parts;
+use super::timeline::DAY;
 use super::track::{Fix, Horizontal, Track};
 use crate::flight::raw::{CLOCK, COORDINATE_LIMIT, DURATION_LIMIT, PathSource, RawFix, Reading};
 use hedgehop_base::error::{Error, Result};
@@ -54,7 +55,8 @@ pub(super) fn assemble(source: &PathSource<'_>, mut reading: Reading) -> Result<
         notes.push(format!("{repeated} fixes repeat the time of the fix before them and were dropped."));
     }
 
-    Ok(Track { path: source.path.to_owned(), format, fixes: kept, notes })
+    let time_of_day = reading.tells_time.then(|| first.fix.time.rem_euclid(DAY));
+    Ok(Track { path: source.path.to_owned(), format, fixes: kept, time_of_day, notes })
 }
 
 /// Some latitude is none, and all longitudes could be latitudes.

@@ -46,7 +46,14 @@ pub(super) fn read(source: &PathSource<'_>, text: &str) -> Result<Reading> {
     if source.options.altitude_mode.is_none() {
         notes.push("Elevations are taken as metres above mean sea level, as GPX defines them.".into());
     }
-    Ok(Reading { format: "GPX", fixes: points.fixes, parts: points.segments, noun: "track segments", notes })
+    Ok(Reading {
+        format: "GPX",
+        fixes: points.fixes,
+        parts: points.segments,
+        noun: "track segments",
+        tells_time: true,
+        notes,
+    })
 }
 
 impl Points {

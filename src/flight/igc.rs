@@ -73,7 +73,7 @@ pub(super) fn read(source: &PathSource<'_>, text: &str) -> Result<Reading> {
         notes.push(format!("{} fixes without valid GNSS altitude were dropped.", total - fixes.len()));
     }
 
-    Ok(Reading::of_one("IGC", fixes, notes))
+    Ok(Reading::of_one("IGC", fixes, true, notes))
 }
 
 fn log(source: &PathSource<'_>, text: &str, notes: &mut Vec<String>) -> Result<Vec<Logged>> {

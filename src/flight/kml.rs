@@ -58,7 +58,14 @@ pub(super) fn read(source: &PathSource<'_>, text: &str) -> Result<Reading> {
     }
 
     notes.dedup();
-    Ok(Reading { format: "KML gx:Track", fixes: tracks.fixes, parts: tracks.tracks, noun: "tracks", notes })
+    Ok(Reading {
+        format: "KML gx:Track",
+        fixes: tracks.fixes,
+        parts: tracks.tracks,
+        noun: "tracks",
+        tells_time: true,
+        notes,
+    })
 }
 
 impl Tracks {

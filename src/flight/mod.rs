@@ -5,6 +5,7 @@
 //! poses so far, without a file ──Extrapolation──▶ pose_at(seconds)
 //! ```
 
+mod aim;
 mod angles;
 mod assemble;
 mod csv;
@@ -15,20 +16,26 @@ mod igc;
 mod kml;
 mod motion;
 mod parts;
+mod rate;
 mod raw;
 mod read;
 mod smooth;
 mod spline;
+mod timeline;
 mod timestamp;
 mod track;
 mod trajectory;
 mod xml;
 
+pub use aim::Aim;
 pub(crate) use angles::Samples;
 pub(crate) use csv::{Wanted, read_columns};
 #[doc(hidden)]
 pub use extrapolation::Extrapolation;
+pub use rate::FrameRate;
 pub use read::read_track;
+#[doc(hidden)]
+pub use timeline::{FlightSpan, FlightTime, Pace, Playback, Timeline};
 #[doc(hidden)]
 pub use track::Horizontal;
 pub use track::{Altitude, AltitudeMode, Fix, ReadOptions, Track};

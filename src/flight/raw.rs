@@ -54,13 +54,15 @@ pub(super) struct Reading {
     pub parts: Vec<Recording>,
     /// Several of them in the format's own words.
     pub noun: &'static str,
+    /// Whether the fixes' times are seconds after a midnight, UTC.
+    pub tells_time: bool,
     pub notes: Vec<String>,
 }
 
 impl Reading {
-    /// Fixes of a format that holds a single recording.
-    pub fn of_one(format: &'static str, fixes: Vec<RawFix>, notes: Vec<String>) -> Self {
-        Self { format, fixes, parts: Vec::new(), noun: "", notes }
+    /// Fixes of a format that holds a single recording, and whether their times are of a clock.
+    pub fn of_one(format: &'static str, fixes: Vec<RawFix>, tells_time: bool, notes: Vec<String>) -> Self {
+        Self { format, fixes, parts: Vec::new(), noun: "", tells_time, notes }
     }
 }
 

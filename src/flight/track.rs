@@ -59,6 +59,8 @@ pub struct Track {
     pub format: &'static str,
     /// At least one fix, times strictly increasing.
     pub fixes: Vec<Fix>,
+    /// Seconds after midnight, UTC, of the first fix, if the file tells the time.
+    pub time_of_day: Option<f64>,
     /// Assumptions made and data dropped, as sentences.
     pub notes: Vec<String>,
 }

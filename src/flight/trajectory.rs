@@ -14,10 +14,12 @@
 
 use glam::{DVec2, DVec3};
 
+use super::aim::Aim;
 use super::angles::{Orientations, Samples};
 use super::motion::Motion;
 use super::raw::{CLOCK, COORDINATE_LIMIT};
 use super::spline::Spline;
+use super::timeline::{FlightSpan, frames_within};
 use super::track::{AltitudeMode, Fix, Horizontal, Track};
 use super::{ground, smooth};
 use crate::space::{Attitude, Pose};
@@ -34,6 +36,15 @@ pub struct BindOptions {
     /// Least height above ground, metres; where the path is lower it is raised, between fixes too. `None`: as the file
     /// says.
     pub clearance: Option<f64>,
+    /// Where the eye looks.
+    pub aim: Aim,
+}
+
+impl Default for BindOptions {
+    /// As the file says, with a field of view of 60°.
+    fn default() -> Self {
+        Self { level: false, hfov: 60.0, clearance: None, aim: Aim::Nose }
+    }
 }
 
 /// A pose for any time between start and end.
@@ -43,6 +54,8 @@ pub struct Trajectory {
     attitude: AttitudeSource,
     hfov: Option<Samples>,
     default_hfov: f64,
+    time_of_day: Option<f64>,
+    aim: Aim,
     notes: Vec<String>,
     raised: f64,
 }
@@ -123,7 +136,14 @@ impl Trajectory {
         };
 
         let hfov = Samples::new(track.fixes.iter().map(|fix| (fix.time, fix.hfov)));
-        Ok(Self { spline, attitude, hfov, default_hfov: options.hfov, notes, raised })
+        let (default_hfov, time_of_day) = (options.hfov, track.time_of_day);
+        Ok(Self { spline, attitude, hfov, default_hfov, time_of_day, aim: options.aim, notes, raised })
+    }
+
+    /// Returns how long the flight lasts and when it began.
+    #[doc(hidden)]
+    pub fn span(&self) -> FlightSpan {
+        FlightSpan { duration: self.duration(), time_of_day: self.time_of_day }
     }
 
     /// Length, seconds.
@@ -134,8 +154,7 @@ impl Trajectory {
     /// Frames at `fps` > 0: numbers 1 … count; frame n is at (n − 1)/fps seconds. The last frame is not later than the
     /// last fix, up to the microsecond that clocks are good to. At least 1.
     pub fn frame_count(&self, fps: f64) -> u64 {
-        // A float converts saturating, NaN to 0.
-        (((self.duration() + CLOCK) * fps) as u64).saturating_add(1)
+        frames_within(self.duration(), fps)
     }
 
     /// Pose at `seconds` after the start, clamped to the trajectory. Yaw is 0…360; orientation is continuous in time.
@@ -143,7 +162,7 @@ impl Trajectory {
         let seconds = if seconds.is_nan() { 0.0 } else { seconds.clamp(0.0, self.duration()) };
         Pose {
             eye: self.spline.position(seconds),
-            attitude: self.attitude_at(seconds),
+            attitude: self.aim.attitude(&self.spline, seconds, self.nose_at(seconds)),
             hfov: self.hfov.as_ref().map_or(self.default_hfov, |hfov| hfov.at(seconds)),
         }
     }
@@ -158,7 +177,8 @@ impl Trajectory {
         &self.notes
     }
 
-    fn attitude_at(&self, seconds: f64) -> Attitude {
+    /// Attitude of what flies, before the view is aimed.
+    fn nose_at(&self, seconds: f64) -> Attitude {
         match &self.attitude {
             AttitudeSource::Given(orientations) => orientations.at(seconds),
             AttitudeSource::Derived { motion, given, level } => {

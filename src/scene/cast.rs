@@ -18,9 +18,6 @@ use crate::weather::Puff;
 use hedgehop_base::error::{Error, Result};
 use hedgehop_geo::Crs;
 
-/// A field of view that nobody looks through, degrees.
-const UNUSED_HFOV: f64 = 60.0;
-
 /// Metres that a track is raised by before it is worth a word.
 const NOTED: f64 = 0.1;
 
@@ -71,7 +68,7 @@ impl Scene {
         let mut first = self.objects.len();
 
         let actors = self.objects.iter().map(|object| {
-            let options = BindOptions { level: !object.banks, hfov: UNUSED_HFOV, clearance: None };
+            let options = BindOptions { level: !object.banks, ..BindOptions::default() };
             let of_object = |error: Error| {
                 let what = match error {
                     // What would help a path helps no object that stands.

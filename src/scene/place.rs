@@ -111,7 +111,7 @@ impl Place<'_> {
         };
 
         let path = format!("{}, {}", reading.path.display(), self.whose).into();
-        Ok(Track { path, format: "single place", fixes: vec![fix], notes: Vec::new() })
+        Ok(Track { path, format: "single place", fixes: vec![fix], time_of_day: None, notes: Vec::new() })
     }
 }
 

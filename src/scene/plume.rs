@@ -235,7 +235,7 @@ impl PlumeCast {
                     actor(object).ok_or_else(|| wrong(&format!("there is no object `{object}`")))?,
                 ),
                 Anchor::At(track) => {
-                    let options = BindOptions { level: false, hfov: 60.0, clearance: None };
+                    let options = BindOptions::default();
                     let bound = Trajectory::bind(track, crs, ground, &options);
                     PuffSource::Place(bound.map_err(|error| wrong(&error.to_string()))?.pose_at(0.0).eye)
                 }

@@ -40,7 +40,8 @@ pub(super) fn read(source: &PathSource<'_>, text: &str) -> Result<Reading> {
 
     let line_of = |record: &StringRecord| record.position().map_or(0, csv::Position::line);
     let columns = CsvColumns::understand(source, line_of(&header), &header)?;
-    let mut table = Table { source, columns: &columns, named: header.len() };
+    let tells_time = columns.time.name.to_ascii_lowercase().starts_with("unix");
+    let mut table = Table { source, columns: &columns, named: header.len(), tells_time };
     let mut fixes = Vec::new();
     for record in records {
         let record = record.map_err(|error| damaged(source, &error))?;
@@ -49,7 +50,7 @@ pub(super) fn read(source: &PathSource<'_>, text: &str) -> Result<Reading> {
 
     let mut notes = columns.notes.clone();
     drop_unknown_headings(&mut fixes, &mut notes);
-    Ok(Reading::of_one(columns.format, fixes, notes))
+    Ok(Reading::of_one(columns.format, fixes, table.tells_time, notes))
 }
 
 fn damaged(source: &PathSource<'_>, error: &csv::Error) -> Error {
@@ -70,6 +71,8 @@ struct Table<'a> {
     source: &'a PathSource<'a>,
     columns: &'a CsvColumns,
     named: usize,
+    /// Whether times are dates, or seconds since 1970.
+    tells_time: bool,
 }
 
 impl Table<'_> {
@@ -123,7 +126,7 @@ impl Table<'_> {
         Ok(RawFix { line, fix })
     }
 
-    fn time(&self, record: &StringRecord, line: u64) -> Result<f64> {
+    fn time(&mut self, record: &StringRecord, line: u64) -> Result<f64> {
         let column = &self.columns.time;
         let cell = self.cell(record, line, column)?;
         if !column.plain || cell.parse::<f64>().is_ok() {
@@ -140,6 +143,7 @@ impl Table<'_> {
             return Ok(seconds);
         }
 
+        self.tells_time = true;
         unix_seconds(cell).ok_or_else(|| {
             self.source.at_line(
                 line,

@@ -283,7 +283,7 @@ fn damaged_files_give_an_error_or_a_sound_track() {
 
 /// Bound to a system on Earth, a track gives an error or finite poses.
 fn assert_flies(track: &Track, crs: &Crs) {
-    let options = BindOptions { level: false, hfov: 60.0, clearance: Some(20.0) };
+    let options = BindOptions { clearance: Some(20.0), ..BindOptions::default() };
     let Ok(flight) = Trajectory::bind(track, crs, &|at| Some(500.0 + (0.01 * at.x).sin()), &options) else {
         return;
     };

@@ -6,7 +6,7 @@ use super::super::angles::short_way;
 use super::super::track::Altitude;
 use super::*;
 
-const OPTIONS: BindOptions = BindOptions { level: false, hfov: 60.0, clearance: None };
+const OPTIONS: BindOptions = BindOptions { level: false, hfov: 60.0, clearance: None, aim: Aim::Nose };
 
 fn fix(time: f64, x: f64, y: f64, z: f64) -> Fix {
     Fix {
@@ -21,7 +21,7 @@ fn fix(time: f64, x: f64, y: f64, z: f64) -> Fix {
 }
 
 fn track(fixes: Vec<Fix>) -> Track {
-    Track { path: PathBuf::from("path.csv"), format: "CSV", fixes, notes: Vec::new() }
+    Track { path: PathBuf::from("path.csv"), format: "CSV", fixes, time_of_day: None, notes: Vec::new() }
 }
 
 fn no_ground(_: DVec2) -> Option<f64> {

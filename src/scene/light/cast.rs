@@ -100,7 +100,7 @@ impl Land<'_> {
     }
 
     fn pose(&self, light: &Light, track: &Track) -> Result<Pose> {
-        let options = BindOptions { level: false, hfov: 60.0, clearance: None };
+        let options = BindOptions::default();
         let bound = Trajectory::bind(track, self.crs, self.ground, &options);
         bound.map(|trajectory| trajectory.pose_at(0.0)).map_err(|error| match error {
             Error::Invalid { what, .. } => {

@@ -7,8 +7,7 @@ use crate::args;
 use crate::scene::Playing;
 use crate::screen::Setup;
 use crate::world::WorldArgs;
-use hedgehop::encode::FrameRate;
-use hedgehop::flight::Trajectory;
+use hedgehop::flight::{Timeline, Trajectory};
 use hedgehop::frame::Picture;
 use hedgehop::frame::hud::{self, MiniMap, Readings};
 use hedgehop::render::{Account, Exposure, Moment, NumberedCamera, Rendered, Renderer};
@@ -137,8 +136,8 @@ pub fn sentence(finish: &Finish, hud: &Hud) -> Option<String> {
 pub struct Motion<'f> {
     /// Path of the eye over time.
     pub trajectory: &'f Trajectory,
-    /// Rate of its frames.
-    pub fps: FrameRate,
+    /// Moments of its frames.
+    pub timeline: Timeline,
 }
 
 /// All that finishing a flight's frames needs.
@@ -166,7 +165,7 @@ impl Finishing<'_> {
 
     /// Returns the moment about the time of a frame.
     fn moment(&self, number: u64, camera: &Camera, playing: Option<&Playing>, offset: f64) -> Moment {
-        let seconds = self.motion.fps.seconds_at(number) + offset;
+        let seconds = self.motion.timeline.seconds_at(number) + offset;
         let scenery = playing.map(|playing| playing.scenery_at(seconds)).unwrap_or_default();
         if offset == 0.0 {
             return Moment { camera: camera.clone(), scenery, seconds };
@@ -196,7 +195,7 @@ impl Finishing<'_> {
         }
         let moment = |offset: f64| self.moment(number, camera, playing, offset);
         let exposure =
-            Exposure { finish: &self.finish, interval: 1.0 / self.motion.fps.per_second(), moment: &moment };
+            Exposure { finish: &self.finish, interval: self.motion.timeline.interval(), moment: &moment };
         renderer.exposed(&exposure, farm).map(Some)
     }
 
@@ -214,7 +213,7 @@ impl Finishing<'_> {
         }
         let moment = |offset: f64| self.moment(number, camera, playing, offset);
         let exposure =
-            Exposure { finish: &self.finish, interval: 1.0 / self.motion.fps.per_second(), moment: &moment };
+            Exposure { finish: &self.finish, interval: self.motion.timeline.interval(), moment: &moment };
         renderer.developed(&exposure, farm).map(Some)
     }
 
@@ -229,7 +228,7 @@ impl Finishing<'_> {
         if self.hud.is_empty() {
             return Ok(());
         }
-        let seconds = self.motion.fps.seconds_at(number);
+        let seconds = self.motion.timeline.seconds_at(number);
         let pose = self.motion.trajectory.pose_at(seconds);
         let place = pose.eye.truncate();
         let ground = if self.hud.altitude { self.world.ground(source, place)? } else { None };
@@ -250,7 +249,7 @@ impl Finishing<'_> {
 impl Motion<'_> {
     /// Returns the velocity of the eye, metres per second: between half a frame before and half a frame after; `None` of an eye that has no flight.
     pub fn velocity(&self, number: u64) -> Option<DVec3> {
-        let (seconds, half) = (self.fps.seconds_at(number), 0.5 / self.fps.per_second());
+        let (seconds, half) = (self.timeline.seconds_at(number), 0.5 * self.timeline.interval());
         let [from, to] =
             [seconds - half, seconds + half].map(|time| time.clamp(0.0, self.trajectory.duration()));
         let way = self.trajectory.pose_at(to).eye - self.trajectory.pose_at(from).eye;

@@ -1,5 +1,6 @@
 //! The `hedgehop` program: from elevation and imagery to flown pictures. Exit codes are in `exit.rs`.
 
+mod aim;
 mod aov;
 mod area;
 mod args;
@@ -25,6 +26,7 @@ mod output;
 mod partner;
 mod pictures;
 mod places;
+mod playback;
 mod plot;
 mod product;
 mod program;

@@ -17,7 +17,8 @@ use hedgehop::encode::sidecar::{
     DamagedRecord, DatabaseRecord, FlightRecord, FrameRecord, Manifest, settings_digest,
 };
 use hedgehop::encode::y4m::{Chroma, Y4mWriter};
-use hedgehop::encode::{FrameInfo, FramePattern, FrameRate, Written, write_frame, write_picture};
+use hedgehop::encode::{FrameInfo, FramePattern, Written, write_frame, write_picture};
+use hedgehop::flight::{FrameRate, Timeline};
 use hedgehop::geo::{Crs, Transform};
 use hedgehop::progress::Observer;
 use hedgehop::render::NumberedCamera;
@@ -38,7 +39,7 @@ pub struct Origin<'a> {
     /// The path's file; `None` for a single picture.
     pub path: Option<&'a Path>,
     /// Frames per second of the numbering.
-    pub fps: FrameRate,
+    pub timeline: Timeline,
     /// Everything else that decides the pictures.
     pub settings: Value,
 }
@@ -174,7 +175,7 @@ impl<'a> Files<'a> {
         let header = self.origin.header;
         FrameInfo {
             frame: number,
-            seconds: self.origin.fps.seconds_at(number),
+            seconds: self.origin.timeline.seconds_at(number),
             database_hash: header.content_hash.to_string(),
             database_file: file_name(self.origin.area),
             crs_name: header.metadata.crs_name.clone(),

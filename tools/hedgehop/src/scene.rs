@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 use crate::view::over_ground;
 use crate::world::WorldArgs;
-use hedgehop::encode::FrameRate;
+use hedgehop::flight::Timeline;
 use hedgehop::progress::Observer;
 use hedgehop::scene::{Cast, Scene, Scenery};
 use hedgehop::voxel::PageSource;
@@ -34,7 +34,7 @@ pub struct SceneArgs {
 #[derive(Debug)]
 pub struct Playing {
     cast: Cast,
-    fps: FrameRate,
+    timeline: Timeline,
 }
 
 impl SceneArgs {
@@ -156,7 +156,7 @@ impl Playing {
         scene: &Scene,
         source: &dyn PageSource,
         world: WorldArgs,
-        fps: FrameRate,
+        timeline: Timeline,
         observer: &dyn Observer,
     ) -> Result<Self> {
         for object in scene.objects.iter().filter(|object| !object.track.notes.is_empty()) {
@@ -167,7 +167,7 @@ impl Playing {
         }
         let cast = over_ground(source, world, |crs, ground| scene.bind(crs, ground))?;
         cast.raised().for_each(|(name, metres)| observer.note(&raised(name, metres)));
-        Ok(Self { cast, fps })
+        Ok(Self { cast, timeline })
     }
 
     /// Returns the scenery in a frame.
@@ -187,7 +187,7 @@ impl Playing {
 
     /// Returns the time of a frame, seconds after the flight's first fix.
     pub fn seconds(&self, number: u64) -> f64 {
-        self.fps.seconds_at(number)
+        self.timeline.seconds_at(number)
     }
 }
 

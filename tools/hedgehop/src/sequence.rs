@@ -16,7 +16,7 @@ use crate::finish::{Finishing, Motion};
 use crate::memory::Live;
 use crate::product::Product;
 use crate::scene::Playing;
-use hedgehop::encode::FrameRate;
+use hedgehop::flight::FrameRate;
 use hedgehop::frame::{Frame, Picture};
 use hedgehop::memory::{Paging, ResidentPages};
 use hedgehop::progress::Observer;

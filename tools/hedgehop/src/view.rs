@@ -7,14 +7,18 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 use glam::DVec2;
 
+use crate::aim::AimArgs;
 use crate::args::{self, AltitudeMode};
 use crate::partner::Partner;
+use crate::playback::PlaybackArgs;
 use crate::screen::{ScreenArgs, Setup};
 use crate::tracks::TrackArgs;
 use crate::world::WorldArgs;
 use crate::{area, reference, sharpness};
-use hedgehop::encode::{FrameRate, FrameSet};
-use hedgehop::flight::{Altitude, BindOptions, Fix, Horizontal, Track, Trajectory, read_track};
+use hedgehop::encode::FrameSet;
+use hedgehop::flight::{
+    Altitude, BindOptions, Fix, FrameRate, Horizontal, Timeline, Track, Trajectory, read_track,
+};
 use hedgehop::geo::Crs;
 use hedgehop::progress::{Observer, Silent};
 use hedgehop::render::{NumberedCamera, RenderOptions};
@@ -38,6 +42,17 @@ pub struct NumberedPose {
     pub number: u64,
     /// Pose of the eye.
     pub pose: Pose,
+}
+
+/// A path bound to a database, and its frames.
+#[derive(Debug)]
+pub struct BoundFlight {
+    /// Path of the eye over time.
+    pub trajectory: Trajectory,
+    /// Moments of the frames.
+    pub timeline: Timeline,
+    /// Numbers and cameras of the frames that were chosen, rising.
+    pub cameras: Vec<NumberedCamera>,
 }
 
 /// Flags of the flight: the path of the eye.
@@ -79,6 +94,12 @@ pub struct FlightArgs {
 
     #[command(flatten)]
     pub tracks: TrackArgs,
+
+    #[command(flatten)]
+    pub aim: AimArgs,
+
+    #[command(flatten)]
+    pub playback: PlaybackArgs,
 
     #[command(flatten)]
     pub screen: ScreenArgs,
@@ -203,7 +224,12 @@ impl FlightArgs {
         if !setup.takes_hfov_from_path() && track.fixes.iter().any(|fix| fix.hfov.is_some()) {
             observer.note("the path's fields of view are for planar screens; this one has its own");
         }
-        let options = BindOptions { level: self.level, hfov: setup.hfov, clearance: self.clearance };
+        let options = BindOptions {
+            level: self.level,
+            hfov: setup.hfov,
+            clearance: self.clearance,
+            aim: self.aim.aim(),
+        };
         let trajectory =
             over_ground(source, self.world, |crs, ground| Trajectory::bind(&track, crs, ground, &options))?;
         track.notes.iter().chain(trajectory.notes()).for_each(|note| observer.note(note));
@@ -225,21 +251,8 @@ impl FlightArgs {
         }
     }
 
-    /// Numbers and cameras of the frames that `choose` takes out of the flight's count, after checks that
+    /// Binds the path, and finds the cameras of the frames that `choose` takes out of the flight's count, after checks that
     /// somebody will see something.
-    pub fn cameras(
-        &self,
-        file: &Path,
-        source: &dyn PageSource,
-        setup: &Setup,
-        fps: FrameRate,
-        choose: impl FnOnce(u64) -> Result<FrameSet>,
-        observer: &dyn Observer,
-    ) -> Result<Vec<NumberedCamera>> {
-        self.flight(file, source, setup, fps, choose, observer).map(|(_, cameras)| cameras)
-    }
-
-    /// [`Self::cameras`], and the way between them.
     pub fn flight(
         &self,
         file: &Path,
@@ -248,19 +261,20 @@ impl FlightArgs {
         fps: FrameRate,
         choose: impl FnOnce(u64) -> Result<FrameSet>,
         observer: &dyn Observer,
-    ) -> Result<(Trajectory, Vec<NumberedCamera>)> {
+    ) -> Result<BoundFlight> {
         let trajectory = self.bind(source, setup, observer)?;
-        let count = trajectory.frame_count(fps.per_second());
+        let timeline = Timeline::new(fps, trajectory.span(), &self.playback.playback())?;
+        let count = timeline.frame_count();
         let frames = choose(count)?;
         frames.check_within(count)?;
         let mut poses: Vec<_> = frames
             .iter()
             .take(MOST_FRAMES)
-            .map(|number| NumberedPose { number, pose: trajectory.pose_at(fps.seconds_at(number)) })
+            .map(|number| NumberedPose { number, pose: trajectory.pose_at(timeline.seconds_at(number)) })
             .collect();
         if poses.len() == MOST_FRAMES {
             return Err(Error::Configuration(format!(
-                "the path lasts {:.0} s, which is too many frames at once; choose some with --frames, or check the unit of its times",
+                "the path lasts {:.0} s, which is too many frames at once; choose some with --frames, show it faster with --speed or --duration, or check the unit of its times",
                 trajectory.duration()
             )));
         }
@@ -273,7 +287,7 @@ impl FlightArgs {
         }
 
         self.world.note_seam(source.header(), observer);
-        check_above_ground(self, source, fps, &poses, observer)?;
+        check_above_ground(self, source, timeline, &poses, observer)?;
         if !setup.is_map() {
             let cameras: Vec<Camera> = sharpness::some(poses.iter().map(|numbered| numbered.pose))
                 .map(|pose| setup.camera(pose))
@@ -286,7 +300,7 @@ impl FlightArgs {
 
         let camera_of = |NumberedPose { number, pose }| NumberedCamera { number, camera: setup.camera(pose) };
         let cameras = poses.into_iter().map(camera_of).collect();
-        Ok((trajectory, cameras))
+        Ok(BoundFlight { trajectory, timeline, cameras })
     }
 
     /// The frame next to each of `numbers`, which tells its motion: the one behind it, or before the last; of a single one itself a moment later.
@@ -299,10 +313,12 @@ impl FlightArgs {
     ) -> Result<BTreeMap<u64, Partner>> {
         // What there is to say was said when the frames were chosen.
         let trajectory = self.bind(source, setup, &Silent)?;
-        let count = trajectory.frame_count(fps.per_second());
+        let timeline = Timeline::new(fps, trajectory.span(), &self.playback.playback())?;
+        let count = timeline.frame_count();
         let beside = |number: u64| if number < count || number == 1 { number + 1 } else { number - 1 };
         let numbers: Vec<u64> = numbers.collect();
-        let pose = |number: u64| NumberedPose { number, pose: trajectory.pose_at(fps.seconds_at(number)) };
+        let pose =
+            |number: u64| NumberedPose { number, pose: trajectory.pose_at(timeline.seconds_at(number)) };
         let mut poses: Vec<_> = numbers.iter().map(|number| pose(beside(*number))).collect();
         if setup.is_map() {
             self.look_down(source.header().height_range.high, &mut poses, &Silent);
@@ -334,7 +350,13 @@ impl FlightArgs {
             roll: Some(roll),
             hfov: None,
         };
-        Track { path: "--eye".into(), format: "single eye", fixes: vec![fix], notes: Vec::new() }
+        Track {
+            path: "--eye".into(),
+            format: "single eye",
+            fixes: vec![fix],
+            time_of_day: None,
+            notes: Vec::new(),
+        }
     }
 }
 
@@ -391,7 +413,7 @@ fn check_inside(file: &Path, source: &dyn PageSource, poses: &[NumberedPose]) ->
 fn check_above_ground(
     flight: &FlightArgs,
     source: &dyn PageSource,
-    fps: FrameRate,
+    timeline: Timeline,
     poses: &[NumberedPose],
     observer: &dyn Observer,
 ) -> Result<()> {
@@ -417,7 +439,7 @@ fn check_above_ground(
         let deepest = below.iter().map(|(_, depth)| *depth).fold(0.0, f64::max);
         format!(
             "the eye of frame {number}, {:.2} s after the start, lies {depth:.1} m below the ground, {} of {} frames do, the deepest {deepest:.1} m",
-            fps.seconds_at(number),
+            timeline.seconds_at(number),
             below.len(),
             poses.len()
         )

@@ -155,7 +155,7 @@ fn fixes(path: &Path, area: &Area) -> Result<Vec<Pose>> {
     let metadata = &area.source.header().metadata;
     let crs = Crs::from_record(&metadata.crs_name, metadata.crs_epsg, metadata.crs_proj.as_deref())?;
     let ground = |place: DVec2| ground_height(&area.source, place).ok().flatten();
-    let options = BindOptions { level: false, hfov: 60.0, clearance: None };
+    let options = BindOptions::default();
     let trajectory = Trajectory::bind(&track, &crs, &ground, &options)?;
     Ok(track.fixes.iter().map(|fix| trajectory.pose_at(fix.time)).collect())
 }

@@ -33,6 +33,7 @@ use crate::progress::Reporter;
 use crate::scene::{self, Playing};
 use crate::speedup::{MeasuredSpeed, Prediction};
 use crate::trust::{self, DamagedPage};
+use crate::view::BoundFlight;
 use crew::{Crew, Pass, crews, last_passes};
 use frames::Timed;
 use hedgehop::encode::atomic::{check_writable, write_bytes};
@@ -99,9 +100,9 @@ pub fn run(args: &BenchArgs, interrupt: &Interrupt) -> Outcome {
 
     let shares = args.memory.shares(frames)?;
     let source = ResidentPages::new(file, shares.map(|shares| shares.pages));
-    let cameras = args.flight.cameras(&args.area, &source, &setup, args.fps, choose, &reporter)?;
+    let flight = args.flight.flight(&args.area, &source, &setup, args.fps, choose, &reporter)?;
     args.memory.preload(&source, shares, &reporter)?;
-    let report = measure(args, scene.as_ref(), &source, shares, setup.size, &cameras, &reporter)?;
+    let report = measure(args, scene.as_ref(), &source, shares, setup.size, &flight, &reporter)?;
     trust::sentence(&args.area, &DamagedPage::of(source.file()))
         .iter()
         .for_each(|sentence| reporter.note(sentence));
@@ -141,9 +142,10 @@ fn measure(
     source: &ResidentPages,
     shares: Option<Shares>,
     size: Size,
-    cameras: &[NumberedCamera],
+    flight: &BoundFlight,
     reporter: &Reporter,
 ) -> Result<BenchReport> {
+    let BoundFlight { timeline, cameras, .. } = flight;
     let mut crews = crews(args)?;
     let (most, cores) =
         (crews.iter().map(|crew| crew.farm.workers()).max().unwrap_or(1), args::available_cores());
@@ -163,7 +165,7 @@ fn measure(
     }
 
     let playing =
-        scene.map(|scene| Playing::new(scene, source, args.flight.world, args.fps, reporter)).transpose()?;
+        scene.map(|scene| Playing::new(scene, source, args.flight.world, *timeline, reporter)).transpose()?;
     let job = Job { pages: source, renderer, cameras, playing, reporter };
     let passes = 1 + crews.len() as u64 * (1 + u64::from(args.repeats));
     reporter.begin("bench", passes * cameras.len() as u64, "frames");

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use crate::aim::AimArgs;
 use crate::aov::AovArgs;
 use crate::args::{self, Instructions, Overlap, Workers};
 use crate::commands::build::Order;
@@ -13,6 +14,7 @@ use crate::finish::FinishArgs;
 use crate::interrupt::Interrupt;
 use crate::memory::{Late, Memory};
 use crate::pictures;
+use crate::playback::PlaybackArgs;
 use crate::program::program;
 use crate::progress::{Mode, Reporter};
 use crate::scene::SceneArgs;
@@ -154,6 +156,8 @@ fn flight(folder: &Path, area: &Path) -> Result<render::RenderArgs> {
         alt_mode: None,
         level: false,
         tracks: TrackArgs::default(),
+        aim: AimArgs::default(),
+        playback: PlaybackArgs::default(),
         clearance: None,
         allow_below_ground: false,
         screen: ScreenArgs { hfov: Some(HFOV), size: Some(SIZE), ..ScreenArgs::default() },

@@ -5,10 +5,12 @@ use std::path::{Path, PathBuf};
 use glam::DVec2;
 use image::{Rgb, RgbImage};
 
+use crate::aim::AimArgs;
 use crate::args::{self, AltitudeMode, Workers, check_no_input};
 use crate::chart::{Chart, Footprint};
 use crate::exit::{self, Outcome};
 use crate::interrupt::Interrupt;
+use crate::playback::PlaybackArgs;
 use crate::progress::{Mode, Reporter};
 use crate::screen::ScreenArgs;
 use crate::tracks::TrackArgs;
@@ -151,6 +153,8 @@ fn flight(args: &OverviewArgs, source: &PageFile, observer: &dyn Observer) -> Re
         alt_mode: args.alt_mode,
         level: false,
         tracks: args.tracks,
+        aim: AimArgs::default(),
+        playback: PlaybackArgs::default(),
         clearance: None,
         allow_below_ground: false,
         screen: ScreenArgs { hfov: args.hfov, size: Some(FOOTPRINT_SIZE), ..ScreenArgs::default() },

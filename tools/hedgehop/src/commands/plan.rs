@@ -16,7 +16,8 @@ use crate::progress::{Mode, Reporter};
 use crate::scene::{self, SceneArgs};
 use crate::traffic::{self, Traffic};
 use crate::view::{FlightArgs, LookArgs};
-use hedgehop::encode::{FrameRate, FrameSet};
+use hedgehop::encode::FrameSet;
+use hedgehop::flight::FrameRate;
 use hedgehop::memory::{LOOKAHEAD, PageFile, PagePlan};
 use hedgehop::render::{Engine, FlightPlan, NumberedCamera, RenderOptions, Renderer};
 use hedgehop::subimage::Farm;
@@ -171,7 +172,7 @@ pub fn run(args: &PlanArgs, interrupt: &Interrupt) -> Outcome {
     let finish = scene.as_ref().map(|scene| scene.finish).unwrap_or_default();
     let setup = args.flight.screen.setup()?.behind_lens(finish.distortion)?;
     let choose = |count| Ok(args.frames.clone().unwrap_or_else(|| FrameSet::all(count)));
-    let cameras = args.flight.cameras(&args.area, &file, &setup, args.fps, choose, &reporter)?;
+    let cameras = args.flight.flight(&args.area, &file, &setup, args.fps, choose, &reporter)?.cameras;
 
     let cameras: Vec<_> = cameras
         .into_iter()

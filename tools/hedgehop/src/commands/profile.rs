@@ -31,9 +31,6 @@ Examples:
 /// Steps of a flight's heights, seconds.
 const EVERY: f64 = 0.5;
 
-/// Field of view that nobody looks through, degrees.
-const UNUSED_HFOV: f64 = 60.0;
-
 /// Show the ground along a line, or under a flight and how high that is above it.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLE, after_long_help = format!("{EXAMPLE}\n\n{}", exit::HELP))]
@@ -161,7 +158,7 @@ fn under_flight(
     reporter: &Reporter,
 ) -> Result<ProfileLine> {
     let track = read_track(path, &args.tracks.options(args.alt_mode.map(Into::into)))?;
-    let options = BindOptions { level: true, hfov: UNUSED_HFOV, clearance: None };
+    let options = BindOptions { level: true, ..BindOptions::default() };
     let trajectory = over_ground(source, WorldArgs::default(), |crs, ground| {
         Trajectory::bind(&track, crs, ground, &options)
     })?;

@@ -28,6 +28,7 @@ use crate::screen::Setup;
 use crate::sequence::{Fineness, Sequence};
 use crate::traffic::{self, Traffic};
 use crate::trust::{self, DamagedPage};
+use crate::view::BoundFlight;
 use hedgehop::earth::Curvature;
 use hedgehop::encode::atomic::write_with;
 use hedgehop::encode::video::{check_video, encode_video};
@@ -159,10 +160,8 @@ impl FrameRequest {
 
 /// A flight over the database, with the objects of its scene.
 struct SceneFlight {
-    /// Path of the eye over time.
-    trajectory: Trajectory,
-    /// Numbers and cameras of the frames, rising.
-    cameras: Vec<NumberedCamera>,
+    /// Path of the eye, and the frames along it.
+    bound: BoundFlight,
     /// Objects of the scene, if there is one.
     playing: Option<Playing>,
 }
@@ -177,18 +176,18 @@ impl SceneFlight {
     ) -> Result<Self> {
         let FrameRequest { scene, finish, setup, .. } = request;
         let choose = |count| Ok(args.frames.clone().unwrap_or_else(|| FrameSet::all(count)));
-        let (trajectory, cameras) =
-            args.flight.flight(&args.area, ground, setup, args.fps, choose, reporter)?;
-        finish::check_lens(&cameras, finish)?;
+        let bound = args.flight.flight(&args.area, ground, setup, args.fps, choose, reporter)?;
+        finish::check_lens(&bound.cameras, finish)?;
 
         let scene = scene.as_ref();
-        let playing = scene.map(|scene| Playing::new(scene, ground, args.flight.world, args.fps, reporter));
+        let playing =
+            scene.map(|scene| Playing::new(scene, ground, args.flight.world, bound.timeline, reporter));
         let playing = playing.transpose()?;
         if let Some(note) = scene.filter(|_| setup.is_map()).and_then(scene::left_out_of_map) {
             reporter.note(&note);
         }
 
-        Ok(Self { trajectory, cameras, playing })
+        Ok(Self { bound, playing })
     }
 }
 
@@ -208,7 +207,7 @@ pub fn fly(args: &RenderArgs, file: PageFile, reporter: &Reporter) -> Result<Don
         // Ground under the path is not to be in memory because the path is known.
         Late::Coarser => SceneFlight::bind(args, &request, source.file(), reporter)?,
     };
-    let SceneFlight { trajectory, cameras, playing } = &flight;
+    let SceneFlight { bound: BoundFlight { trajectory, timeline, cameras }, playing } = &flight;
 
     let options = render_options(args, request.scene.as_ref(), source.header(), reporter)?;
     let mut renderer = Renderer::new(source, &options).with_isa(args.instructions.isa());
@@ -228,7 +227,7 @@ pub fn fly(args: &RenderArgs, file: PageFile, reporter: &Reporter) -> Result<Don
         reporter.note("EXR holds linear light: exposure, curves, vignette and instruments are left out");
     }
 
-    let motion = Motion { trajectory, fps: args.fps };
+    let motion = Motion { trajectory, timeline: *timeline };
     let finishing = Finishing {
         finish: *finish,
         hud: *hud,
@@ -306,7 +305,7 @@ fn aov_inputs(
     curvature: Curvature,
 ) -> Result<AovInputs> {
     let wants_motion = args.aov.has(AovKind::Motion);
-    let numbers = flight.cameras.iter().map(|frame| frame.number);
+    let numbers = flight.bound.cameras.iter().map(|frame| frame.number);
     let partners =
         wants_motion.then(|| args.flight.partners(ground, setup, args.fps, numbers)).transpose()?;
     let wants_matte = args.aov.has(AovKind::Cryptomatte);
@@ -363,7 +362,7 @@ fn deliver(
         area: &args.area,
         header: sequence.pages.header(),
         path: args.flight.path.as_deref(),
-        fps: args.fps,
+        timeline: sequence.motion.timeline,
         settings,
     };
 
@@ -441,6 +440,8 @@ fn settings(args: &RenderArgs, scene: Option<&Scene>, setup: &Setup, options: &R
         "engine": format!("{:?}", options.engine).to_lowercase(),
     });
 
+    flight.aim.record(&mut settings);
+    flight.playback.record(&mut settings);
     args.trust.record(&mut settings);
     args.late.record(&mut settings);
     scene::record(scene, &mut settings);

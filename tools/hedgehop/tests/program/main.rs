@@ -7,6 +7,7 @@ mod common;
 mod corridors;
 mod faults;
 mod features;
+mod films;
 mod first_steps;
 mod known_faults;
 mod maps;

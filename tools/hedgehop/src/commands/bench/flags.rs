@@ -9,7 +9,8 @@ use crate::progress::Mode;
 use crate::scene::SceneArgs;
 use crate::trust::TrustArgs;
 use crate::view::{FlightArgs, LookArgs};
-use hedgehop::encode::{FrameRate, FrameSet};
+use hedgehop::encode::FrameSet;
+use hedgehop::flight::FrameRate;
 use hedgehop::subimage::TaskSize;
 
 /// Measure how fast this machine renders a path.

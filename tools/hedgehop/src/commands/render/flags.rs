@@ -11,7 +11,8 @@ use crate::progress::Mode;
 use crate::scene::SceneArgs;
 use crate::trust::TrustArgs;
 use crate::view::{FlightArgs, LookArgs};
-use hedgehop::encode::{FramePattern, FrameRate, FrameSet};
+use hedgehop::encode::{FramePattern, FrameSet};
+use hedgehop::flight::FrameRate;
 
 /// Render a flight path, or a single picture.
 ///
