@@ -1,4 +1,4 @@
-//! Aim: where the eye of a flight looks.
+//! Aim: the direction that the eye of a flight looks in.
 
 use glam::DVec3;
 
@@ -11,7 +11,7 @@ pub enum Aim {
     /// Along the nose, as the path file or the motion has it.
     #[default]
     Nose,
-    /// Where the nose points, at a pitch of its own, degrees.
+    /// The heading of the nose, at a pitch of the view's own, degrees.
     Pitch(f64),
     /// At the place of the flight so many seconds later, above 0, with a level horizon.
     Ahead(f64),
@@ -19,7 +19,7 @@ pub enum Aim {
     Down,
 }
 
-/// Where the place ahead is nearer than this, metres, the nose decides more and more.
+/// Distance of the place ahead, metres, below which the nose decides more and more.
 const NEAR: f64 = 2.0;
 
 impl Aim {

@@ -16,7 +16,7 @@ pub enum FlightTime {
     OfDay(f64),
 }
 
-/// How fast a film passes over a flight.
+/// Pace at which a film passes over a flight.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Pace {
     /// Seconds of flight in a second of the film, above 0.
@@ -46,7 +46,7 @@ impl Default for Playback {
 /// Length of a flight, and when it began.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FlightSpan {
-    /// From the first fix to the last, seconds.
+    /// Time from the first fix to the last, seconds.
     pub duration: f64,
     /// Seconds after midnight, UTC, of the first fix, if the file tells the time.
     pub time_of_day: Option<f64>,

@@ -36,12 +36,12 @@ pub struct BindOptions {
     /// Least height above ground, metres; where the path is lower it is raised, between fixes too. `None`: as the file
     /// says.
     pub clearance: Option<f64>,
-    /// Where the eye looks.
+    /// Direction that the eye looks in.
     pub aim: Aim,
 }
 
 impl Default for BindOptions {
-    /// As the file says, with a field of view of 60°.
+    /// Takes all that the file says, with a field of view of 60° where it says none.
     fn default() -> Self {
         Self { level: false, hfov: 60.0, clearance: None, aim: Aim::Nose }
     }

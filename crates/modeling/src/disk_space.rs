@@ -86,7 +86,7 @@ impl DiskSpace<'_> {
         least
     }
 
-    /// The same at most.
+    /// Bytes that it takes meanwhile, at most.
     pub fn most_needed(&self) -> u64 {
         let grid = &self.plan.grid;
         let (columns, _) = grid.page_dims(0);
