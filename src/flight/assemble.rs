@@ -1,9 +1,8 @@
 //! Assembly of a track from the fixes of a file.
 
 use super::parts;
-use super::timeline::DAY;
 use super::track::{Fix, Horizontal, Track};
-use crate::flight::raw::{CLOCK, COORDINATE_LIMIT, DURATION_LIMIT, PathSource, RawFix, Reading};
+use crate::flight::raw::{CLOCK, COORDINATE_LIMIT, DAY, DURATION_LIMIT, PathSource, RawFix, Reading};
 use hedgehop_base::error::{Error, Result};
 
 /// Checks ranges and the order of times, drops fixes with the time of their predecessor, and starts the clock at 0.

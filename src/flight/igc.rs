@@ -11,11 +11,10 @@
 
 use igc::records::{BRecord, FixValid, IRecord};
 
-use super::raw::{PathSource, RawFix, Reading};
+use super::raw::{DAY, PathSource, RawFix, Reading};
 use super::track::{Altitude, AltitudeMode, Horizontal};
 use hedgehop_base::error::{Error, Result};
 
-const DAY: f64 = 86_400.0;
 /// Lines within which the first fix or date must stand.
 const PREAMBLE: usize = 400;
 

@@ -11,6 +11,8 @@ pub(super) const COORDINATE_LIMIT: f64 = 1e9;
 /// Resolution of clocks in path files, seconds: none is finer than a microsecond, and seconds since 1970 in a double
 /// are good to a quarter of one. Fixes that are closer have the same time.
 pub(super) const CLOCK: f64 = 1e-6;
+/// Seconds of a day.
+pub(super) const DAY: f64 = 86_400.0;
 /// Longest flight, seconds (about thirty years): catches a damaged date.
 pub(super) const DURATION_LIMIT: f64 = 1e9;
 

@@ -1,18 +1,15 @@
 //! Time of a film: moments of a flight that its frames show.
 
 use super::rate::FrameRate;
-use super::raw::CLOCK;
+use super::raw::{CLOCK, DAY};
 use hedgehop_base::error::{Error, Result};
-
-/// Seconds of a day.
-pub(super) const DAY: f64 = 86_400.0;
 
 /// A moment of a flight, as people name it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum FlightTime {
     /// Seconds after the first fix.
     Seconds(f64),
-    /// Seconds after midnight, UTC: the first such moment that is not before the first fix.
+    /// Seconds after midnight, UTC: the first such moment of the part of the flight that is asked about.
     OfDay(f64),
 }
 
@@ -32,7 +29,7 @@ pub struct Playback {
     pub pace: Pace,
     /// Moment that it begins at; `None`: the first fix.
     pub from: Option<FlightTime>,
-    /// Moment that it ends at; `None`: the last fix.
+    /// Moment that it ends at, a time of day after its beginning; `None`: the last fix.
     pub to: Option<FlightTime>,
 }
 
@@ -70,8 +67,8 @@ impl Timeline {
     /// # Errors
     /// [`Error::Configuration`], if a moment lies outside the flight, its end before its beginning, or the file tells no time of day.
     pub fn new(fps: FrameRate, flight: FlightSpan, playback: &Playback) -> Result<Self> {
-        let from = playback.from.map_or(Ok(0.0), |time| flight.seconds_of("--from", time))?;
-        let to = playback.to.map_or(Ok(flight.duration), |time| flight.seconds_of("--to", time))?;
+        let from = playback.from.map_or(Ok(0.0), |time| flight.seconds_of("--from", time, 0.0))?;
+        let to = playback.to.map_or(Ok(flight.duration), |time| flight.seconds_of("--to", time, from))?;
         let length = to - from;
         if length < 0.0 {
             return Err(Error::Configuration(format!(
@@ -111,19 +108,16 @@ impl Timeline {
     pub fn interval(&self) -> f64 {
         self.speed / self.fps.per_second()
     }
-
-    /// Seconds of flight in a second of the film.
-    pub fn speed(&self) -> f64 {
-        self.speed
-    }
 }
 
 impl FlightSpan {
-    /// A moment as seconds after the first fix; `flag` names it.
-    fn seconds_of(&self, flag: &str, time: FlightTime) -> Result<f64> {
+    /// Returns a moment as seconds after the first fix; `flag` names it. A time of day is the first one not before `earliest`, seconds.
+    fn seconds_of(&self, flag: &str, time: FlightTime, earliest: f64) -> Result<f64> {
         let seconds = match (time, self.time_of_day) {
             (FlightTime::Seconds(seconds), _) => seconds,
-            (FlightTime::OfDay(of_day), Some(first)) => (of_day - first).rem_euclid(DAY),
+            (FlightTime::OfDay(of_day), Some(first)) => {
+                earliest + (of_day - first - earliest).rem_euclid(DAY)
+            }
             (FlightTime::OfDay(_), None) => {
                 return Err(Error::Configuration(format!(
                     "{flag} is a time of day, and the path file tells none; give seconds after the first fix"
@@ -135,7 +129,9 @@ impl FlightSpan {
             return Ok(seconds.min(self.duration));
         }
         let clock = self.time_of_day.map(|first| {
-            format!(", from {} to {} UTC", time_of_day(first), time_of_day(first + self.duration))
+            // Whole seconds that lie within it.
+            let [begin, end] = [first.ceil(), (first + self.duration).floor()];
+            format!(", from {} to {} UTC", time_of_day(begin), time_of_day(end))
         });
         Err(Error::Configuration(format!(
             "{flag} lies outside the flight, which lasts {:.1} s{}",
@@ -177,7 +173,7 @@ mod tests {
         for number in [1, 2, 1000, whole.frame_count()] {
             assert_eq!(whole.seconds_at(number), rate.seconds_at(number));
         }
-        assert_eq!((whole.interval(), whole.speed()), (1.0 / rate.per_second(), 1.0));
+        assert_eq!(whole.interval(), 1.0 / rate.per_second());
     }
 
     #[test]
@@ -191,7 +187,7 @@ mod tests {
     #[test]
     fn films_last_as_long_as_they_are_told() {
         let film = film("60", Playback { pace: Pace::Duration(90.0), ..Playback::default() }).unwrap();
-        assert_eq!((film.frame_count(), film.speed(), film.seconds_at(1)), (5400, 80.0, 0.0));
+        assert_eq!((film.frame_count(), film.interval(), film.seconds_at(1)), (5400, 80.0 / 60.0, 0.0));
         assert!((film.seconds_at(5401) - 7200.0).abs() < 1e-9);
     }
 
@@ -204,6 +200,22 @@ mod tests {
         // 23:00:30, and half past midnight of the day after.
         let clock = part(FlightTime::OfDay(82_830.0), FlightTime::OfDay(1800.0)).unwrap();
         assert_eq!((clock.seconds_at(1), clock.frame_count()), (60.0, 5371));
+    }
+
+    #[test]
+    fn times_of_day_are_found_after_fractions_of_seconds_and_midnights() {
+        // Two days from 12:00:00.4 on.
+        let flight = FlightSpan { duration: 172_800.0, time_of_day: Some(43_200.4) };
+        let part = |from: f64, to: f64| {
+            let [from, to] = [from, to].map(|hours| Some(FlightTime::OfDay(3600.0 * hours)));
+            let playback = Playback { pace: Pace::Speed(3600.0), from, to };
+            Timeline::new("1".parse().unwrap(), flight, &playback).unwrap()
+        };
+        let night = part(23.0, 11.0);
+        assert!((night.seconds_at(1) - 39_599.6).abs() < 1e-6 && night.frame_count() == 13);
+        let told =
+            FlightSpan { duration: 5.0, ..flight }.seconds_of("--from", FlightTime::OfDay(43_200.0), 0.0);
+        assert!(told.unwrap_err().to_string().contains("from 12:00:01 to 12:00:05 UTC"));
     }
 
     #[test]

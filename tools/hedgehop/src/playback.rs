@@ -8,7 +8,10 @@ use hedgehop::flight::{FlightTime, Pace, Playback};
 /// Fastest and slowest pace, seconds of flight in a second of the film.
 const SPEEDS: [f64; 2] = [1.0e-4, 1.0e6];
 
-/// Longest time that is taken for one of a film, seconds.
+/// Seconds of a day.
+const DAY: f64 = 86_400.0;
+
+/// Longest film, seconds.
 const LONGEST: f64 = 1.0e6;
 
 /// Flags of the film's time.
@@ -128,7 +131,7 @@ fn time_of_day(text: &str) -> Option<f64> {
 /// `HH:MM[:SS]` as seconds.
 fn clock_seconds(text: &str) -> Option<f64> {
     let seconds = if text.matches(':').count() == 1 { 60.0 * sexagesimal(text)? } else { sexagesimal(text)? };
-    (seconds < 86_400.0).then_some(seconds)
+    (seconds < DAY).then_some(seconds)
 }
 
 /// Two or three numbers with colons between, the last one in units of 1, each but the first below 60.

@@ -50,7 +50,7 @@ fn parts_of_a_flight_are_shown_as_fast_as_they_are_asked_for() {
         assert_eq!(column(&site, folder, "t_s"), expected, "{flags}");
     }
 
-    // What frames show decides whether they are kept.
+    // Frames of another length of film show other moments, and are not kept.
     let other = "render area.hop --path climb.csv --size 16x9 --fps 1 --duration 5s -o short/####.png";
     assert!(ends(&run(&site, &format!("{other} --skip-existing")), 0).contains("rendered again"));
 }
