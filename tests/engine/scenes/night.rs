@@ -1,9 +1,8 @@
 //! What scenes say of night, lights, plumes and what falls.
 
-use std::fs;
-
 use glam::{DVec2, DVec3};
 
+use super::{CAR as CAR_TRACK, read_beside, slope};
 use hedgehop::Result;
 use hedgehop::geo::Crs;
 use hedgehop::objects::PointLight;
@@ -11,16 +10,12 @@ use hedgehop::scene::*;
 use hedgehop::weather::{GroundCover, Precipitation, PrecipitationKind};
 
 fn read(text: &str) -> Result<Scene> {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("scene.toml");
-    fs::write(&path, text).unwrap();
-    fs::write(folder.path().join("car.csv"), "time,x,y,alt_agl_m\n0,10,20,0\n10,110,20,0\n20,210,20,0\n")
-        .unwrap();
-    Scene::read(&path)
+    read_beside(text, &[CAR_TRACK])
 }
 
+/// Ground that ends 5 km to the east, metres.
 fn ground(place: DVec2) -> Option<f64> {
-    (place.x < 5000.0).then_some(100.0 + 0.1 * place.x)
+    slope(place).filter(|_| place.x < 5000.0)
 }
 
 fn bind(text: &str) -> Result<Cast> {

@@ -1,28 +1,30 @@
-use std::fs;
+//! Parts of objects: joints, models of several nodes, and how they lean.
 
 use glam::{DMat3, DVec2, DVec3};
 
+use super::{read_beside, slope};
 use hedgehop::Result;
 use hedgehop::geo::Crs;
 use hedgehop::objects::{Body, Form, Model};
 use hedgehop::scene::*;
 use hedgehop_testing::Random;
 
-/// Reads a scene from text, with tables of angles, a track and models beside it.
+/// Reads a scene from text, with tables of angles, tracks and models beside it.
 fn read(text: &str) -> Result<Scene> {
-    let folder = tempfile::tempdir().unwrap();
-    let put = |name: &str, bytes: &[u8]| fs::write(folder.path().join(name), bytes).unwrap();
-    put("scene.toml", text.as_bytes());
-    put("turret.csv", b"time_s,yaw_deg,up_m\n0,350,0\n4,30,1\n");
-    put("bad.csv", b"time_s,heading\n0,1\n");
-    put("car.csv", b"time_s,x_m,y_m,alt_agl_m\n0,100,200,0\n10,200,275,0\n20,260,355,0\n");
-    put("gps.csv", b"time_s,x_m,y_m,alt_msl_m\n0,100,200,3\n10,200,275,900\n");
-    put("tank.gltf", tank(true).as_bytes());
-    put("far.gltf", tank(false).as_bytes());
-    put("wing.obj", b"v 0 0 0\nv 4 0 0\nv 0 2 0\nf 1 2 3\n");
     let corners: [f32; 9] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 2.0];
-    put("three.bin", &corners.map(f32::to_le_bytes).concat());
-    Scene::read(&folder.path().join("scene.toml"))
+    let (whole, coarse) = (tank(true), tank(false));
+    let corners = corners.map(f32::to_le_bytes).concat();
+    let files: [(&str, &[u8]); 8] = [
+        ("turret.csv", b"time_s,yaw_deg,up_m\n0,350,0\n4,30,1\n"),
+        ("bad.csv", b"time_s,heading\n0,1\n"),
+        ("car.csv", b"time_s,x_m,y_m,alt_agl_m\n0,100,200,0\n10,200,275,0\n20,260,355,0\n"),
+        ("gps.csv", b"time_s,x_m,y_m,alt_msl_m\n0,100,200,3\n10,200,275,900\n"),
+        ("tank.gltf", whole.as_bytes()),
+        ("far.gltf", coarse.as_bytes()),
+        ("wing.obj", b"v 0 0 0\nv 4 0 0\nv 0 2 0\nf 1 2 3\n"),
+        ("three.bin", &corners),
+    ];
+    read_beside(text, &files)
 }
 
 /// A model of a hull, on it a turret that is turned and 3 units up, and on that a gun; of a coarse level a turret without a gun.
@@ -39,12 +41,8 @@ fn tank(has_gun: bool) -> String {
     )
 }
 
-fn ground(place: DVec2) -> Option<f64> {
-    Some(100.0 + 0.1 * place.x)
-}
-
 fn bind(text: &str) -> Cast {
-    read(text).unwrap().bind(&Crs::local(), &ground).unwrap()
+    read(text).unwrap().bind(&Crs::local(), &slope).unwrap()
 }
 
 /// The body of a name at a time.

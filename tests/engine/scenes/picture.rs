@@ -1,13 +1,11 @@
 //! Tables of scene files that say what is made of light.
 
+use super::read_beside;
 use hedgehop::Result;
-use hedgehop::scene::{Dither, Finish, Hud, Scene, Tone};
+use hedgehop::scene::{Dither, Finish, Hud, Tone};
 
 fn read(text: &str) -> Result<(Finish, Hud)> {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("scene.toml");
-    std::fs::write(&path, text).unwrap();
-    Scene::read(&path).map(|scene| (scene.finish, scene.hud))
+    read_beside(text, &[]).map(|scene| (scene.finish, scene.hud))
 }
 
 #[test]

@@ -1,7 +1,10 @@
+//! Scenes as a whole: objects, tracks, sun and air.
+
 use std::fs;
 
 use glam::DVec2;
 
+use super::{CAR, read_beside, slope};
 use hedgehop::Result;
 use hedgehop::geo::Crs;
 use hedgehop::objects::Form;
@@ -9,15 +12,9 @@ use hedgehop::scene::*;
 use hedgehop::sunlight::{Sun, SunSetting};
 use hedgehop::weather::{Fog, Weather};
 
-/// Reads a scene from text, with a track `car.csv` beside it.
+/// Reads a scene from text, with a track and a model beside it.
 fn read(text: &str) -> Result<Scene> {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("scene.toml");
-    fs::write(&path, text).unwrap();
-    fs::write(folder.path().join("car.csv"), "time,x,y,alt_agl_m\n0,10,20,0\n10,110,20,0\n20,210,20,0\n")
-        .unwrap();
-    fs::write(folder.path().join("roof.obj"), "v 0 0 0\nv 4 0 0\nv 0 2 0\nf 1 2 3\n").unwrap();
-    Scene::read(&path)
+    read_beside(text, &[CAR, ("roof.obj", b"v 0 0 0\nv 4 0 0\nv 0 2 0\nf 1 2 3\n")])
 }
 
 const WHOLE: &str = r##"
@@ -44,10 +41,6 @@ track = "car.csv"
 start_s = 5
 "##;
 
-fn ground(place: DVec2) -> Option<f64> {
-    Some(100.0 + 0.1 * place.x)
-}
-
 #[test]
 fn scenes_say_what_stands_where_and_when() {
     let scene = read(WHOLE).unwrap();
@@ -55,7 +48,7 @@ fn scenes_say_what_stands_where_and_when() {
         (scene.sun, scene.visibility),
         (Some(SunSetting::At(Sun { azimuth: 200.0, elevation: 12.5 })), Some(8000.0))
     );
-    let cast = scene.bind(&Crs::local(), &ground).unwrap();
+    let cast = scene.bind(&Crs::local(), &slope).unwrap();
     assert_eq!(cast.names().collect::<Vec<_>>(), ["car", "tower"]);
     let [car, tower] = &cast.bodies_at(10.0)[..] else { panic!("two bodies") };
     assert_eq!(tower.position, glam::DVec3::new(500.0, 600.0, 150.0));
@@ -252,7 +245,7 @@ fn objects_without_ground_are_named() {
     let message = scene.bind(&Crs::local(), &|_| None).unwrap_err().to_string();
     assert!(message.contains("scene.toml: line 17: object `car`: "), "{message}");
     let degrees = WHOLE.replace("at = [500, 600, 0]", "at_lonlat = [8, 47, 0]");
-    let message = read(&degrees).unwrap().bind(&Crs::local(), &ground).unwrap_err().to_string();
+    let message = read(&degrees).unwrap().bind(&Crs::local(), &slope).unwrap_err().to_string();
     assert!(message.contains("`tower`"), "{message}");
 }
 
@@ -264,7 +257,7 @@ fn thing(shape: &str, rest: &str) -> String {
 #[test]
 fn lines_go_from_one_place_to_another() {
     let body = |shape: &str, rest: &str| {
-        let cast = read(&thing(shape, rest)).unwrap().bind(&Crs::local(), &ground).unwrap();
+        let cast = read(&thing(shape, rest)).unwrap().bind(&Crs::local(), &slope).unwrap();
         cast.bodies_at(3.0).remove(0)
     };
     let wire = body("line", "width_m = 0.03\nwidth_px = 0.8\nat = [100, 200, 10]\nto = [130, 240, 10]");
@@ -302,7 +295,7 @@ fn mistakes_of_lines_and_points_name_the_key() {
     }
 
     let same = read(&thing("line", "at = [1, 2, 3]\nwidth_m = 1\nto = [1, 2, 3]")).unwrap();
-    let error = same.bind(&Crs::local(), &ground).unwrap_err().to_string();
+    let error = same.bind(&Crs::local(), &slope).unwrap_err().to_string();
     assert!(error.contains("line 1") && error.contains("more than 0 m"), "{error}");
 }
 
@@ -310,7 +303,7 @@ fn mistakes_of_lines_and_points_name_the_key() {
 fn beyond_their_tracks_objects_do_as_they_are_told() {
     let car = |beyond: &str| {
         let text = thing("box", &format!("size_m = [2, 4, 2]\ntrack = \"car.csv\"\nstart_s = 5\n{beyond}"));
-        read(&text).unwrap().bind(&Crs::local(), &ground).unwrap()
+        read(&text).unwrap().bind(&Crs::local(), &slope).unwrap()
     };
     let gone = car("beyond = \"hide\"");
     assert_eq!([4.9, 5.0, 25.0, 25.1].map(|time| gone.bodies_at(time).len()), [0, 1, 1, 0]);
