@@ -1,5 +1,6 @@
 //! `hedgehop render`: a flight path through a database, as frames, a stream or a film.
 
+mod conflicts;
 mod flags;
 mod notes;
 mod replacing;
@@ -14,7 +15,6 @@ use serde_json::{Value, json};
 
 use crate::aov::{AovInputs, AovKind};
 use crate::area;
-use crate::args::check_no_input;
 use crate::commands::render::flags::WORKERS_PER_ENCODER;
 use crate::exit::{self, Outcome, STDOUT};
 use crate::finish::{self, Finishing, Motion};
@@ -26,13 +26,13 @@ use crate::progress::Reporter;
 use crate::scene::{self, Playing};
 use crate::screen::Setup;
 use crate::sequence::{Fineness, Sequence};
-use crate::traffic::{self, Traffic};
+use crate::traffic::Traffic;
 use crate::trust::{self, DamagedPage};
 use crate::view::BoundFlight;
 use hedgehop::earth::Curvature;
 use hedgehop::encode::atomic::write_with;
-use hedgehop::encode::video::{check_video, encode_video};
-use hedgehop::encode::{FrameSet, Target, sidecar};
+use hedgehop::encode::video::encode_video;
+use hedgehop::encode::{FrameSet, Target};
 use hedgehop::flight::Trajectory;
 use hedgehop::frame::hud::MiniMap;
 use hedgehop::memory::{PageFile, Paging, ResidentPages};
@@ -41,7 +41,7 @@ use hedgehop::render::{NumberedCamera, RenderOptions, Renderer};
 use hedgehop::scene::{Finish, Hud, Scene};
 use hedgehop::subimage::Farm;
 use hedgehop::voxel::{Header, PageSource};
-use hedgehop::{Error, Result, Size};
+use hedgehop::{Result, Size};
 
 /// Result of a flight.
 #[derive(Debug)]
@@ -136,7 +136,7 @@ impl FrameRequest {
         let scene = args.scene.read(reporter)?;
         let (finish, hud) = (args.finish.finish(scene.as_ref())?, args.finish.hud(scene.as_ref()));
         let setup = args.flight.screen.setup()?.behind_lens(finish.distortion)?;
-        check_combination(args, scene.as_ref(), setup.size)?;
+        conflicts::check_combination(args, scene.as_ref(), setup.size)?;
         args.aov.check(args.output.target(), &setup)?;
         let product = if args.output.target() == Target::Exr { Product::Frame } else { Product::Picture };
         Ok(Self { scene, finish, hud, setup, product })
@@ -350,7 +350,7 @@ fn deliver(
     let scene = scene.as_ref();
     if args.output.target() == Target::Y4m {
         let files = vec![args.output.path(1)];
-        check_frames(args, scene, &files)?;
+        conflicts::check_frames(args, scene, &files)?;
         let stream = Sequence { encoders: 1, ..*sequence };
         let (rendered, fineness) = fly_stream(args, setup.size, &stream, cameras, reporter)?;
         return Ok(Delivered { files, rendered, fineness });
@@ -368,54 +368,10 @@ fn deliver(
 
     let files = Files::new(origin, &args.output);
     let paths: Vec<_> = cameras.iter().map(|frame| files.path(frame.number)).collect();
-    check_frames(args, scene, &paths)?;
+    conflicts::check_frames(args, scene, &paths)?;
     let is_listed = replacing::check(args, &files, cameras, reporter)?;
     let (rendered, fineness) = fly_files(args, sequence, &files, is_listed, cameras, reporter)?;
     Ok(Delivered { files: paths, rendered, fineness })
-}
-
-/// Refuses frames that would take the place of what they are made of.
-fn check_frames(args: &RenderArgs, scene: Option<&Scene>, frames: &[PathBuf]) -> Result<()> {
-    let mut inputs: Vec<&Path> = vec![&args.area];
-    inputs.extend(args.flight.path.as_deref());
-    inputs.extend(args.flight.screen.table());
-    inputs.extend(scene::inputs(scene));
-    frames.iter().try_for_each(|frame| check_no_input("-o", frame, &inputs))
-}
-
-/// Refuses before the first frame what would fail, or destroy an input, after the last one.
-fn check_combination(args: &RenderArgs, scene: Option<&Scene>, size: Size) -> Result<()> {
-    let is_stream = args.output.target() == Target::Y4m;
-    let mut inputs: Vec<&Path> = args.flight.path.as_deref().into_iter().collect();
-    inputs.extend(scene::inputs(scene));
-    if let (Some(_), Some(folder), false) = (&args.flight.path, args.output.folder(), is_stream) {
-        for name in [sidecar::POSES, sidecar::MANIFEST] {
-            check_no_input("-o", &folder.join(name), &inputs)?;
-        }
-        sidecar::Manifest::check_folder(folder)?;
-    }
-
-    if let Some(map) = &args.traffic {
-        inputs.push(&args.area);
-        traffic::check(map, &inputs)?;
-    }
-
-    if is_stream && args.skip_existing {
-        return Err(Error::Configuration(
-            "--skip-existing needs frames in files; a y4m stream is always written whole".into(),
-        ));
-    }
-
-    match &args.video {
-        Some(_) if is_stream => Err(Error::Configuration(
-            "--video is made from frames in files; write them with -o frames/####.png".into(),
-        )),
-        Some(_) if size.width.min(size.height) < 2 => Err(Error::Configuration(
-            "--video has pictures of even sizes, 2x2 pixels at least; ask for a larger --size".into(),
-        )),
-        Some(film) => check_video(film),
-        None => Ok(()),
-    }
 }
 
 /// Everything that decides the pictures besides database and path.
