@@ -1,48 +1,82 @@
-//! Aim: the direction that the eye of a flight looks in.
+//! Aim: the direction that the eye of a film looks in.
+
+use std::fmt::Debug;
+use std::sync::Arc;
 
 use glam::DVec3;
 
 use super::spline::Spline;
+use super::trajectory::Trajectory;
 use crate::space::Attitude;
 
-/// Direction that the eye of a flight looks in.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub enum Aim {
+/// Place that a camera looks at, over time.
+pub trait Subject: Debug + Send + Sync {
+    /// Returns the place at a time, seconds after the flight's first fix; metres of the database's system.
+    fn place_at(&self, seconds: f64) -> DVec3;
+}
+
+/// Place that stays.
+#[derive(Debug)]
+pub(super) struct FixedPlace(pub DVec3);
+
+impl Subject for FixedPlace {
+    fn place_at(&self, _: f64) -> DVec3 {
+        self.0
+    }
+}
+
+/// Place of a flight, some time later; behind the last fix it goes straight on.
+#[derive(Debug)]
+pub(super) struct PlaceAhead {
+    /// The flight.
+    pub flight: Arc<Trajectory>,
+    /// Time by which it is ahead, seconds, ≥ 0.
+    pub lead: f64,
+}
+
+impl Subject for PlaceAhead {
+    fn place_at(&self, seconds: f64) -> DVec3 {
+        self.flight.place_at(seconds + self.lead)
+    }
+}
+
+/// A path as what is looked at.
+impl Subject for Spline {
+    fn place_at(&self, seconds: f64) -> DVec3 {
+        self.position(seconds)
+    }
+}
+
+/// Direction that the eye of a film looks in.
+#[derive(Debug, Clone)]
+pub(super) enum Aim {
     /// Along the nose, as the path file or the motion has it.
-    #[default]
     Nose,
     /// The heading of the nose, at a pitch of the view's own, degrees.
     Pitch(f64),
-    /// At the place of the flight so many seconds later, above 0, with a level horizon.
-    Ahead(f64),
     /// Straight down, with the top of the picture where the nose points.
     Down,
+    /// At something, with a level horizon.
+    At(Arc<dyn Subject>),
 }
 
-/// Distance of the place ahead, metres, below which the nose decides more and more.
+/// Distance of what is looked at, metres, below which the nose decides more and more.
 const NEAR: f64 = 2.0;
 
 impl Aim {
-    /// Returns the attitude of the view, where the nose has one at a time of the flight, seconds.
-    pub(super) fn attitude(self, flight: &Spline, seconds: f64, nose: Attitude) -> Attitude {
+    /// Returns the attitude of the view from `eye` at a time, seconds, where the nose has one.
+    pub fn attitude(&self, eye: DVec3, seconds: f64, nose: Attitude) -> Attitude {
         match self {
             Self::Nose => nose,
-            Self::Pitch(pitch) => Attitude { pitch, ..nose },
+            Self::Pitch(pitch) => Attitude { pitch: *pitch, ..nose },
             Self::Down => Attitude { pitch: -90.0, roll: 0.0, ..nose },
-            Self::Ahead(lead) => {
-                let way = place_at(flight, seconds + lead) - flight.position(seconds);
+            Self::At(subject) => {
+                let way = subject.place_at(seconds) - eye;
                 let share = (1.0 - way.length() / NEAR).max(0.0);
                 towards(way + share * NEAR * nose.world_from_view().z_axis, nose.yaw)
             }
         }
     }
-}
-
-/// Place at a time, seconds; beyond the last fix the flight goes straight on.
-fn place_at(flight: &Spline, seconds: f64) -> DVec3 {
-    let end = flight.duration();
-    let beyond = (seconds - end).max(0.0);
-    flight.position(seconds.min(end)) + beyond * flight.velocity(end)
 }
 
 /// A level attitude along a direction; `yaw`, degrees, where that is straight up or down.
@@ -58,41 +92,38 @@ mod tests {
 
     const NOSE: Attitude = Attitude { yaw: 40.0, pitch: 12.0, roll: 25.0 };
 
-    /// Straight to the east at 10 m/s, and sinking by 1 m/s, for a minute; then it stands for another.
-    fn flight() -> Spline {
-        let times: Vec<f64> = (0..=12).map(|fix| 10.0 * f64::from(fix)).collect();
-        let at = |time: f64| DVec3::new(10.0 * time, 0.0, 500.0 - time);
-        let points = times.iter().map(|time| at(time.min(60.0))).collect();
-        Spline::through(times, points)
+    /// A place a minute's flight to the east, sinking.
+    fn sinking() -> Aim {
+        let places = vec![DVec3::new(0.0, 0.0, 500.0), DVec3::new(600.0, 0.0, 440.0)];
+        Aim::At(Arc::new(Spline::through(vec![0.0, 60.0], places)))
     }
 
     #[test]
     fn a_pitch_of_its_own_leaves_heading_and_bank() {
-        let aimed = |aim: Aim| aim.attitude(&flight(), 20.0, NOSE);
+        let aimed = |aim: Aim| aim.attitude(DVec3::ZERO, 20.0, NOSE);
         assert_eq!(aimed(Aim::Nose), NOSE);
         assert_eq!(aimed(Aim::Pitch(-10.0)), Attitude { pitch: -10.0, ..NOSE });
         assert_eq!(aimed(Aim::Down), Attitude { yaw: 40.0, pitch: -90.0, roll: 0.0 });
     }
 
     #[test]
-    fn the_place_ahead_is_in_the_middle_of_the_picture() {
-        let found = Aim::Ahead(10.0).attitude(&flight(), 20.0, NOSE);
+    fn the_subject_is_in_the_middle_of_the_picture() {
+        let found = sinking().attitude(DVec3::new(100.0, 0.0, 490.0), 20.0, NOSE);
         assert!((found.yaw - 90.0).abs() < 1e-9 && found.roll == 0.0, "{found:?}");
         assert!((found.pitch + (0.1_f64).atan().to_degrees()).abs() < 1e-9, "{found:?}");
     }
 
     #[test]
-    fn who_stands_looks_along_the_nose_and_nothing_jumps() {
-        let flight = flight();
-        let level = Attitude { yaw: 90.0, pitch: 0.0, roll: 0.0 };
-        let standing = Aim::Ahead(5.0).attitude(&flight, 100.0, level);
-        assert!((standing.yaw - 90.0).abs() < 1e-9 && standing.pitch.abs() < 1e-9, "{standing:?}");
-        let mut before = Aim::Ahead(5.0).attitude(&flight, 30.0, level);
-        for step in 1..9000 {
-            let after = Aim::Ahead(5.0).attitude(&flight, 30.0 + 0.01 * f64::from(step), level);
-            let turn = (after.yaw - before.yaw).abs().max((after.pitch - before.pitch).abs());
-            assert!(turn < 1.0, "{turn}° at step {step}: {after:?}");
+    fn nothing_jumps_where_the_subject_comes_to_the_eye() {
+        let level = Attitude { yaw: 270.0, pitch: 0.0, roll: 0.0 };
+        let eye = DVec3::new(600.0, 0.0, 440.0);
+        let mut before = sinking().attitude(eye, 30.0, level);
+        for step in 1..4000 {
+            let after = sinking().attitude(eye, 30.0 + 0.01 * f64::from(step), level);
+            let turn = after.world_from_view().z_axis.angle_between(before.world_from_view().z_axis);
+            assert!(turn < 0.2, "{turn} at step {step}: {before:?} {after:?}");
             before = after;
         }
+        assert!(before.pitch.abs() < 1e-9, "{before:?}");
     }
 }

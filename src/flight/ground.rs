@@ -21,7 +21,7 @@ use super::spline::Spline;
 const SPACING: f64 = 5.0;
 /// Most looks in addition to one per fix.
 const MOST_LOOKS: f64 = 200_000.0;
-/// Seconds before and after an obstacle over which the flight rises and sinks.
+/// Seconds before and after an obstacle over which the flight rises and sinks, as it is shown.
 const EASE: f64 = 2.0;
 
 /// A path that was lifted.
@@ -32,10 +32,12 @@ pub(super) struct Lifted {
 }
 
 /// Lifts `spline` where it is too low. `least` is the height above ground (metres) that each fix asks for, if any; it
-/// holds between two fixes that both have one. `None`: nothing is too low.
+/// holds between two fixes that both have one; `pace` is how many seconds of flight are shown as one. `None`: nothing is
+/// too low.
 pub(super) fn lift(
     spline: &Spline,
     least: &[Option<f64>],
+    pace: f64,
     ground: &dyn Fn(DVec2) -> Option<f64>,
 ) -> Option<Lifted> {
     let (times, least) = subdivide(spline, least);
@@ -53,7 +55,7 @@ pub(super) fn lift(
     if most == 0.0 {
         return None;
     }
-    let eased = eased(&times, &widened(&lifts));
+    let eased = eased(&times, &widened(&lifts), EASE * pace);
     let raised = points.iter().zip(&eased).map(|(&point, &lift)| point + DVec3::Z * lift).collect();
     Some(Lifted { spline: Spline::through(times, raised), most })
 }
@@ -92,8 +94,8 @@ fn widened(lifts: &[f64]) -> Vec<f64> {
     (0..lifts.len()).map(|index| around(index).iter().fold(0.0_f64, |most, &lift| most.max(lift))).collect()
 }
 
-fn eased(times: &[f64], lifts: &[f64]) -> Vec<f64> {
-    let windows = windows(times);
+fn eased(times: &[f64], lifts: &[f64], reach: f64) -> Vec<f64> {
+    let windows = windows(times, reach);
     let highest = sliding_maximum(lifts, &windows);
     let mut sums = vec![0.0];
     for (index, high) in highest.iter().enumerate() {
@@ -102,13 +104,13 @@ fn eased(times: &[f64], lifts: &[f64]) -> Vec<f64> {
     windows.iter().map(|window| (sums[window.end] - sums[window.start]) / window.len() as f64).collect()
 }
 
-/// The indices within [`EASE`] of each time; both ends only grow.
-fn windows(times: &[f64]) -> Vec<Range<usize>> {
+/// The indices within `reach`, seconds, of each time; both ends only grow.
+fn windows(times: &[f64], reach: f64) -> Vec<Range<usize>> {
     times
         .iter()
         .map(|&time| {
-            let first = times.partition_point(|&other| other < time - EASE);
-            first..times.partition_point(|&other| other <= time + EASE)
+            let first = times.partition_point(|&other| other < time - reach);
+            first..times.partition_point(|&other| other <= time + reach)
         })
         .collect()
 }

@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! path file ──read_track──▶ Track (fixes, as the file says) ──Trajectory::bind──▶ pose_at(seconds)
+//! Trajectory and Shots ──Rig::bind──▶ pose_at(seconds) of the camera
 //! poses so far, without a file ──Extrapolation──▶ pose_at(seconds)
 //! ```
 
@@ -10,6 +11,7 @@ mod angles;
 mod assemble;
 mod csv;
 mod extrapolation;
+mod eye_path;
 mod gpx;
 mod ground;
 mod igc;
@@ -19,6 +21,8 @@ mod parts;
 mod rate;
 mod raw;
 mod read;
+mod rig;
+mod shot;
 mod smooth;
 mod spline;
 mod timeline;
@@ -27,13 +31,18 @@ mod track;
 mod trajectory;
 mod xml;
 
-pub use aim::Aim;
+#[doc(hidden)]
+pub use aim::Subject;
 pub(crate) use angles::Samples;
 pub(crate) use csv::{Wanted, read_columns};
 #[doc(hidden)]
 pub use extrapolation::Extrapolation;
 pub use rate::FrameRate;
 pub use read::read_track;
+#[doc(hidden)]
+pub use rig::{FilmSite, Rig};
+#[doc(hidden)]
+pub use shot::{Chase, Ease, Keys, Look, Mount, Orbit, Shot, Zoom};
 #[doc(hidden)]
 pub use timeline::{FlightSpan, FlightTime, Pace, Playback, Timeline};
 #[doc(hidden)]

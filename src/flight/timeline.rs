@@ -104,6 +104,11 @@ impl Timeline {
         self.from + self.speed * self.fps.seconds_at(number)
     }
 
+    /// Seconds of flight in a second of the film.
+    pub fn speed(&self) -> f64 {
+        self.speed
+    }
+
     /// Seconds of flight from one frame to the next.
     pub fn interval(&self) -> f64 {
         self.speed / self.fps.per_second()

@@ -14,7 +14,6 @@
 
 use glam::{DVec2, DVec3};
 
-use super::aim::Aim;
 use super::angles::{Orientations, Samples};
 use super::motion::Motion;
 use super::raw::{CLOCK, COORDINATE_LIMIT};
@@ -36,14 +35,12 @@ pub struct BindOptions {
     /// Least height above ground, metres; where the path is lower it is raised, between fixes too. `None`: as the file
     /// says.
     pub clearance: Option<f64>,
-    /// Direction that the eye looks in.
-    pub aim: Aim,
 }
 
 impl Default for BindOptions {
     /// Takes all that the file says, with a field of view of 60° where it says none.
     fn default() -> Self {
-        Self { level: false, hfov: 60.0, clearance: None, aim: Aim::Nose }
+        Self { level: false, hfov: 60.0, clearance: None }
     }
 }
 
@@ -55,7 +52,6 @@ pub struct Trajectory {
     hfov: Option<Samples>,
     default_hfov: f64,
     time_of_day: Option<f64>,
-    aim: Aim,
     notes: Vec<String>,
     raised: f64,
 }
@@ -111,7 +107,7 @@ impl Trajectory {
 
         let mut spline = Spline::through(times.clone(), points);
         let mut raised = 0.0;
-        if let Some(lifted) = ground::lift(&spline, &least_heights(track, options.clearance), ground) {
+        if let Some(lifted) = ground::lift(&spline, &least_heights(track, options.clearance), 1.0, ground) {
             (spline, raised) = (lifted.spline, lifted.most);
             notes.push(format!("The path was raised over the ground by up to {:.1} m: it keeps its height above hills between fixes, too.", lifted.most));
         }
@@ -137,7 +133,7 @@ impl Trajectory {
 
         let hfov = Samples::new(track.fixes.iter().map(|fix| (fix.time, fix.hfov)));
         let (default_hfov, time_of_day) = (options.hfov, track.time_of_day);
-        Ok(Self { spline, attitude, hfov, default_hfov, time_of_day, aim: options.aim, notes, raised })
+        Ok(Self { spline, attitude, hfov, default_hfov, time_of_day, notes, raised })
     }
 
     /// Returns how long the flight lasts and when it began.
@@ -162,7 +158,7 @@ impl Trajectory {
         let seconds = if seconds.is_nan() { 0.0 } else { seconds.clamp(0.0, self.duration()) };
         Pose {
             eye: self.spline.position(seconds),
-            attitude: self.aim.attitude(&self.spline, seconds, self.nose_at(seconds)),
+            attitude: self.nose_at(seconds),
             hfov: self.hfov.as_ref().map_or(self.default_hfov, |hfov| hfov.at(seconds)),
         }
     }
@@ -177,7 +173,12 @@ impl Trajectory {
         &self.notes
     }
 
-    /// Attitude of what flies, before the view is aimed.
+    /// Returns the place at any time, seconds: before the first fix and behind the last one it goes straight on.
+    pub(super) fn place_at(&self, seconds: f64) -> DVec3 {
+        let inside = seconds.clamp(0.0, self.duration());
+        self.spline.position(inside) + (seconds - inside) * self.spline.velocity(inside)
+    }
+
     fn nose_at(&self, seconds: f64) -> Attitude {
         match &self.attitude {
             AttitudeSource::Given(orientations) => orientations.at(seconds),

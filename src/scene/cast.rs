@@ -1,6 +1,7 @@
 //! A scene over a database.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use glam::{DVec2, DVec3, Vec3};
 
@@ -11,7 +12,7 @@ use super::onward::{Onward, Reach};
 use super::plume::PlumeCast;
 use super::slope::Slope;
 use super::{Beyond, Object, Part, Scene};
-use crate::flight::{AltitudeMode, BindOptions, Fix, Track, Trajectory};
+use crate::flight::{AltitudeMode, BindOptions, Fix, Subject, Track, Trajectory};
 use crate::objects::{Body, Form, PointLight};
 use crate::space::{Attitude, Pose};
 use crate::weather::Puff;
@@ -206,6 +207,34 @@ impl Actor {
             all.push(below.with(&part.joint.at(seconds)));
         }
         all
+    }
+}
+
+/// An object of a scene, or a part of one, as what a camera looks at: while it is hidden, at the nearest end of its track.
+#[derive(Debug, Clone)]
+pub struct CastSubject {
+    cast: Arc<Cast>,
+    id: usize,
+}
+
+impl CastSubject {
+    /// Finds it by name; `None`: there is none of that name.
+    pub fn new(cast: &Arc<Cast>, name: &str) -> Option<Self> {
+        let id = cast.names.iter().position(|other| other == name)?;
+        Some(Self { cast: cast.clone(), id })
+    }
+}
+
+impl Subject for CastSubject {
+    fn place_at(&self, seconds: f64) -> DVec3 {
+        let owner = match self.id.checked_sub(self.cast.actors.len()) {
+            Some(part) => self.cast.owners[part],
+            None => self.id,
+        };
+        let actor = &self.cast.actors[owner];
+        let hidden = || actor.start + (seconds - actor.start).clamp(0.0, actor.trajectory.duration());
+        let pose = self.cast.pose_at(self.id, seconds).or_else(|| self.cast.pose_at(self.id, hidden()));
+        pose.unwrap_or_else(|| actor.on_track(0.0)).eye
     }
 }
 

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use glam::DVec2;
 use serde::Deserialize;
 
-use crate::flight::Track;
+use crate::flight::{Shot, Track};
 use crate::objects::Form;
 use crate::scene::joint::Joint;
 use crate::scene::{Finish, Hud, Light, Plume};
@@ -59,6 +59,8 @@ pub struct Scene {
     pub lights: Vec<Light>,
     /// Plumes, in the order of the file.
     pub plumes: Vec<Plume>,
+    /// Shots of a film along the flight, in their order.
+    pub cameras: Vec<Shot>,
 }
 
 /// Lines of a scene file, from 1 on, for what is wrong with a sun over some database; `None`: it says nothing.

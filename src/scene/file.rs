@@ -1,11 +1,12 @@
 //! The file: its tables, and what they may hold.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use serde::Deserialize;
 use toml::Spanned;
 
+use super::camera::{CameraTable, read_cameras};
 use super::light::{LightTable, MOST_LAMPS, light};
 use super::model::Models;
 use super::object::object;
@@ -41,6 +42,8 @@ struct SceneTable {
     light: Vec<Spanned<LightTable>>,
     #[serde(default)]
     plume: Vec<Spanned<PlumeTable>>,
+    #[serde(default)]
+    camera: Vec<Spanned<CameraTable>>,
 }
 
 impl Scene {
@@ -80,7 +83,7 @@ fn read(path: &Path) -> Result<Scene> {
     let lights = read_lights(&reading, &table.light)?;
     let plumes = read_plumes(&reading, table.plume)?;
 
-    Ok(Scene {
+    let mut scene = Scene {
         path: path.to_owned(),
         digest: hasher.finalize().to_hex().to_string(),
         sun,
@@ -94,7 +97,11 @@ fn read(path: &Path) -> Result<Scene> {
         objects,
         lights,
         plumes,
-    })
+        cameras: Vec::new(),
+    };
+    let names: BTreeSet<String> = scene.names().collect();
+    scene.cameras = read_cameras(&reading, &table.camera, &names)?;
+    Ok(scene)
 }
 
 /// Reads all objects with their models and tracks, and sorts them by name; `hasher` takes all files that they name.

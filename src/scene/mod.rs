@@ -7,6 +7,7 @@
 //! `docs/scene.md` describes the file to users.
 
 mod appearance;
+mod camera;
 mod cast;
 mod colour;
 mod contents;
@@ -27,7 +28,7 @@ mod sun;
 mod weather_tables;
 
 #[doc(hidden)]
-pub use cast::{Cast, Scenery};
+pub use cast::{Cast, CastSubject, Scenery};
 pub use contents::Scene;
 #[doc(hidden)]
 pub use contents::{Beyond, NightSky, Object, Part, SunLines};

@@ -6,7 +6,7 @@ use super::super::angles::short_way;
 use super::super::track::Altitude;
 use super::*;
 
-const OPTIONS: BindOptions = BindOptions { level: false, hfov: 60.0, clearance: None, aim: Aim::Nose };
+const OPTIONS: BindOptions = BindOptions { level: false, hfov: 60.0, clearance: None };
 
 fn fix(time: f64, x: f64, y: f64, z: f64) -> Fix {
     Fix {

@@ -1,13 +1,13 @@
 //! Steps from light to a file: exposure, curves, rays per pixel, shutter, lens, instruments.
 
-use glam::DVec3;
 use serde_json::{Value, json};
 
 use crate::args;
+use crate::bound_flight::FilmMotion;
 use crate::scene::Playing;
 use crate::screen::Setup;
 use crate::world::WorldArgs;
-use hedgehop::flight::{Timeline, Trajectory};
+use hedgehop::flight::Trajectory;
 use hedgehop::frame::Picture;
 use hedgehop::frame::hud::{self, MiniMap, Readings};
 use hedgehop::render::{Account, Exposure, Moment, NumberedCamera, Rendered, Renderer};
@@ -131,15 +131,6 @@ pub fn sentence(finish: &Finish, hud: &Hud) -> Option<String> {
     (!parts.is_empty()).then(|| parts.join(", "))
 }
 
-/// Motion of a flight's eye.
-#[derive(Debug, Clone, Copy)]
-pub struct Motion<'f> {
-    /// Path of the eye over time.
-    pub trajectory: &'f Trajectory,
-    /// Moments of its frames.
-    pub timeline: Timeline,
-}
-
 /// All that finishing a flight's frames needs.
 #[derive(Debug)]
 pub struct Finishing<'f> {
@@ -150,7 +141,7 @@ pub struct Finishing<'f> {
     /// Map of the pictures, if they have one.
     pub map: Option<MiniMap>,
     /// The flight.
-    pub motion: Motion<'f>,
+    pub motion: &'f FilmMotion,
     /// Screen of the pictures.
     pub setup: &'f Setup,
     /// World beyond the database.
@@ -165,12 +156,13 @@ impl Finishing<'_> {
 
     /// Returns the moment about the time of a frame.
     fn moment(&self, number: u64, camera: &Camera, playing: Option<&Playing>, offset: f64) -> Moment {
-        let seconds = self.motion.timeline.seconds_at(number) + offset;
+        let frame = self.motion.timeline.seconds_at(number);
+        let seconds = frame + offset;
         let scenery = playing.map(|playing| playing.scenery_at(seconds)).unwrap_or_default();
         if offset == 0.0 {
             return Moment { camera: camera.clone(), scenery, seconds };
         }
-        let pose = self.motion.trajectory.pose_at(seconds);
+        let pose = self.motion.rig.pose_in_frame(frame, seconds);
         let camera = if self.setup.is_map() {
             // A map follows its aircraft without turning, above all ground.
             let eye = pose.eye.with_z(camera.pose.eye.z);
@@ -229,31 +221,23 @@ impl Finishing<'_> {
             return Ok(());
         }
         let seconds = self.motion.timeline.seconds_at(number);
-        let pose = self.motion.trajectory.pose_at(seconds);
+        let pose = self.motion.flown.pose_at(seconds);
         let place = pose.eye.truncate();
         let ground = if self.hud.altitude { self.world.ground(source, place)? } else { None };
         let readings = Readings {
             heading: pose.attitude.yaw,
             altitude: pose.eye.z,
             above_ground: ground.map(|ground| pose.eye.z - ground),
-            speed: self.motion.velocity(number).map(|velocity| [velocity.truncate().length(), velocity.z]),
+            speed: self
+                .motion
+                .flown_velocity(number)
+                .map(|velocity| [velocity.truncate().length(), velocity.z]),
             frame: number,
             seconds,
             place,
         };
         hud::draw(picture, camera, &self.hud, &readings, self.map.as_ref());
         Ok(())
-    }
-}
-
-impl Motion<'_> {
-    /// Returns the velocity of the eye, metres per second: between half a frame before and half a frame after; `None` of an eye that has no flight.
-    pub fn velocity(&self, number: u64) -> Option<DVec3> {
-        let (seconds, half) = (self.timeline.seconds_at(number), 0.5 * self.timeline.interval());
-        let [from, to] =
-            [seconds - half, seconds + half].map(|time| time.clamp(0.0, self.trajectory.duration()));
-        let way = self.trajectory.pose_at(to).eye - self.trajectory.pose_at(from).eye;
-        (to > from).then(|| way / (to - from))
     }
 }
 

@@ -1,9 +1,10 @@
 //! The `hedgehop` program: from elevation and imagery to flown pictures. Exit codes are in `exit.rs`.
 
-mod aim;
 mod aov;
 mod area;
 mod args;
+mod bound_flight;
+mod camera;
 mod chart;
 mod classes;
 mod commands;
@@ -16,6 +17,7 @@ mod faults;
 mod figures;
 mod film;
 mod finish;
+mod frame_ranges;
 mod interrupt;
 mod lettering;
 mod lines;

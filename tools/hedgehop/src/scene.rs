@@ -1,6 +1,7 @@
 //! Scenes on the command line: what a flight meets besides the ground.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::thread;
 use std::time::Duration;
 
@@ -9,9 +10,9 @@ use serde_json::{Value, json};
 
 use crate::view::over_ground;
 use crate::world::WorldArgs;
-use hedgehop::flight::Timeline;
+use hedgehop::flight::{Subject, Timeline};
 use hedgehop::progress::Observer;
-use hedgehop::scene::{Cast, Scene, Scenery};
+use hedgehop::scene::{Cast, CastSubject, Scene, Scenery};
 use hedgehop::voxel::PageSource;
 use hedgehop::weather::{Clouds, Fog, Weather};
 use hedgehop::{Error, Result};
@@ -33,7 +34,7 @@ pub struct SceneArgs {
 /// A scene that goes on while a flight does.
 #[derive(Debug)]
 pub struct Playing {
-    cast: Cast,
+    cast: Arc<Cast>,
     timeline: Timeline,
 }
 
@@ -167,7 +168,7 @@ impl Playing {
         }
         let cast = over_ground(source, world, |crs, ground| scene.bind(crs, ground))?;
         cast.raised().for_each(|(name, metres)| observer.note(&raised(name, metres)));
-        Ok(Self { cast, timeline })
+        Ok(Self { cast: Arc::new(cast), timeline })
     }
 
     /// Returns the scenery in a frame.
@@ -178,6 +179,11 @@ impl Playing {
     /// Returns the scenery so many seconds after the flight's first fix.
     pub fn scenery_at(&self, seconds: f64) -> Scenery {
         self.cast.at(seconds)
+    }
+
+    /// Returns an object, or a part of one, as what a camera looks at; `None`: there is none of that name.
+    pub fn subject(&self, name: &str) -> Option<Arc<dyn Subject>> {
+        CastSubject::new(&self.cast, name).map(|subject| Arc::new(subject) as Arc<dyn Subject>)
     }
 
     /// Names of the objects that bodies are or are parts of, by the ids of these.

@@ -12,7 +12,8 @@ use std::thread;
 use crossbeam::channel::{Receiver, Sender, bounded};
 
 use crate::aov::AovInputs;
-use crate::finish::{Finishing, Motion};
+use crate::bound_flight::FilmMotion;
+use crate::finish::Finishing;
 use crate::memory::Live;
 use crate::product::Product;
 use crate::scene::Playing;
@@ -67,7 +68,7 @@ pub struct Sequence<'a> {
     /// Data that whole frames need for their further channels.
     pub aov_inputs: &'a AovInputs,
     /// Motion of the eye.
-    pub motion: Motion<'a>,
+    pub motion: &'a FilmMotion,
     /// Steps from light to a picture, unless it is codes of the light as it is.
     pub finishing: Option<&'a Finishing<'a>>,
 }
@@ -219,7 +220,7 @@ impl Sequence<'_> {
         camera: &Camera,
         farm: &Farm,
     ) -> Result<(Image, Rays)> {
-        let renderer = &renderer.moving(self.motion.velocity(number).unwrap_or_default());
+        let renderer = &renderer.moving(self.motion.eye_velocity(number).unwrap_or_default());
         if let Some(finishing) = self.finishing {
             return self.finished(renderer, number, camera, finishing, farm);
         }

@@ -22,6 +22,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use crate::args::{self, check_no_input};
+use crate::bound_flight::{BoundFlight, FilmRequest};
 use crate::exit::{self, Failure, Outcome};
 use crate::figures::{BenchReport, Figures};
 use crate::interrupt::Interrupt;
@@ -33,7 +34,6 @@ use crate::progress::Reporter;
 use crate::scene::{self, Playing};
 use crate::speedup::{MeasuredSpeed, Prediction};
 use crate::trust::{self, DamagedPage};
-use crate::view::BoundFlight;
 use crew::{Crew, Pass, crews, last_passes};
 use frames::Timed;
 use hedgehop::encode::atomic::{check_writable, write_bytes};
@@ -53,7 +53,7 @@ struct Job<'a> {
     pages: &'a ResidentPages,
     renderer: Renderer<'a>,
     cameras: &'a [NumberedCamera],
-    playing: Option<Playing>,
+    playing: Option<&'a Playing>,
     reporter: &'a Reporter,
 }
 
@@ -100,7 +100,14 @@ pub fn run(args: &BenchArgs, interrupt: &Interrupt) -> Outcome {
 
     let shares = args.memory.shares(frames)?;
     let source = ResidentPages::new(file, shares.map(|shares| shares.pages));
-    let flight = args.flight.flight(&args.area, &source, &setup, args.fps, choose, &reporter)?;
+    let request = FilmRequest {
+        file: &args.area,
+        source: &source,
+        setup: &setup,
+        fps: args.fps,
+        scene: scene.as_ref(),
+    };
+    let flight = BoundFlight::bind(&args.flight, &request, choose, &reporter)?;
     args.memory.preload(&source, shares, &reporter)?;
     let report = measure(args, scene.as_ref(), &source, shares, setup.size, &flight, &reporter)?;
     trust::sentence(&args.area, &DamagedPage::of(source.file()))
@@ -145,7 +152,7 @@ fn measure(
     flight: &BoundFlight,
     reporter: &Reporter,
 ) -> Result<BenchReport> {
-    let BoundFlight { timeline, cameras, .. } = flight;
+    let BoundFlight { playing, cameras, .. } = flight;
     let mut crews = crews(args)?;
     let (most, cores) =
         (crews.iter().map(|crew| crew.farm.workers()).max().unwrap_or(1), args::available_cores());
@@ -164,9 +171,7 @@ fn measure(
         renderer = renderer.with_memory(shares.derived as usize);
     }
 
-    let playing =
-        scene.map(|scene| Playing::new(scene, source, args.flight.world, *timeline, reporter)).transpose()?;
-    let job = Job { pages: source, renderer, cameras, playing, reporter };
+    let job = Job { pages: source, renderer, cameras, playing: playing.as_ref(), reporter };
     let passes = 1 + crews.len() as u64 * (1 + u64::from(args.repeats));
     reporter.begin("bench", passes * cameras.len() as u64, "frames");
     let (identical_frames, encode_ms) = job.compare(&crews, args.dump_ranges.as_deref())?;

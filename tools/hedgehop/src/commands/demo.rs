@@ -3,9 +3,9 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::aim::AimArgs;
 use crate::aov::AovArgs;
 use crate::args::{self, Instructions, Overlap, Workers};
+use crate::camera::CameraArgs;
 use crate::commands::build::Order;
 use crate::commands::render;
 use crate::contact_sheet::{Entry, WIDTH, sheet, spread};
@@ -156,7 +156,7 @@ fn flight(folder: &Path, area: &Path) -> Result<render::RenderArgs> {
         alt_mode: None,
         level: false,
         tracks: TrackArgs::default(),
-        aim: AimArgs::default(),
+        camera: CameraArgs::default(),
         playback: PlaybackArgs::default(),
         clearance: None,
         allow_below_ground: false,

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use glam::DVec2;
 use image::{Rgb, RgbImage};
 
-use crate::aim::AimArgs;
 use crate::args::{self, AltitudeMode, Workers, check_no_input};
+use crate::camera::CameraArgs;
 use crate::chart::{Chart, Footprint};
 use crate::exit::{self, Outcome};
 use crate::interrupt::Interrupt;
@@ -153,7 +153,7 @@ fn flight(args: &OverviewArgs, source: &PageFile, observer: &dyn Observer) -> Re
         alt_mode: args.alt_mode,
         level: false,
         tracks: args.tracks,
-        aim: AimArgs::default(),
+        camera: CameraArgs::default(),
         playback: PlaybackArgs::default(),
         clearance: None,
         allow_below_ground: false,

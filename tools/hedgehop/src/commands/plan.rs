@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use crate::area;
 use crate::args::{self, Overlap, Workers};
+use crate::bound_flight::{BoundFlight, FilmRequest};
 use crate::exit::{self, Failure, Outcome};
 use crate::interrupt::Interrupt;
 use crate::memory::{self, Frames, Memory, amount};
@@ -172,7 +173,9 @@ pub fn run(args: &PlanArgs, interrupt: &Interrupt) -> Outcome {
     let finish = scene.as_ref().map(|scene| scene.finish).unwrap_or_default();
     let setup = args.flight.screen.setup()?.behind_lens(finish.distortion)?;
     let choose = |count| Ok(args.frames.clone().unwrap_or_else(|| FrameSet::all(count)));
-    let cameras = args.flight.flight(&args.area, &file, &setup, args.fps, choose, &reporter)?.cameras;
+    let request =
+        FilmRequest { file: &args.area, source: &file, setup: &setup, fps: args.fps, scene: scene.as_ref() };
+    let cameras = BoundFlight::bind(&args.flight, &request, choose, &reporter)?.cameras;
 
     let cameras: Vec<_> = cameras
         .into_iter()

@@ -15,9 +15,10 @@ use serde_json::{Value, json};
 
 use crate::aov::{AovInputs, AovKind};
 use crate::area;
+use crate::bound_flight::{BoundFlight, FilmRequest};
 use crate::commands::render::flags::WORKERS_PER_ENCODER;
 use crate::exit::{self, Outcome, STDOUT};
-use crate::finish::{self, Finishing, Motion};
+use crate::finish::{self, Finishing};
 use crate::interrupt::Interrupt;
 use crate::memory::{self, Frames, Late};
 use crate::output::{Files, Origin, Stdout, Stream, WRITER, unfinished};
@@ -28,7 +29,6 @@ use crate::screen::Setup;
 use crate::sequence::{Fineness, Sequence};
 use crate::traffic::Traffic;
 use crate::trust::{self, DamagedPage};
-use crate::view::BoundFlight;
 use hedgehop::earth::Curvature;
 use hedgehop::encode::atomic::write_with;
 use hedgehop::encode::video::encode_video;
@@ -158,37 +158,24 @@ impl FrameRequest {
     }
 }
 
-/// A flight over the database, with the objects of its scene.
-struct SceneFlight {
-    /// Path of the eye, and the frames along it.
-    bound: BoundFlight,
-    /// Objects of the scene, if there is one.
-    playing: Option<Playing>,
-}
-
-impl SceneFlight {
-    /// Binds path and scene to the database, whose ground is read from `ground`.
-    fn bind(
-        args: &RenderArgs,
-        request: &FrameRequest,
-        ground: &dyn PageSource,
-        reporter: &Reporter,
-    ) -> Result<Self> {
-        let FrameRequest { scene, finish, setup, .. } = request;
-        let choose = |count| Ok(args.frames.clone().unwrap_or_else(|| FrameSet::all(count)));
-        let bound = args.flight.flight(&args.area, ground, setup, args.fps, choose, reporter)?;
-        finish::check_lens(&bound.cameras, finish)?;
-
-        let scene = scene.as_ref();
-        let playing =
-            scene.map(|scene| Playing::new(scene, ground, args.flight.world, bound.timeline, reporter));
-        let playing = playing.transpose()?;
-        if let Some(note) = scene.filter(|_| setup.is_map()).and_then(scene::left_out_of_map) {
-            reporter.note(&note);
-        }
-
-        Ok(Self { bound, playing })
+/// Binds path, cameras and scene to the database, whose ground is read from `ground`.
+fn bind(
+    args: &RenderArgs,
+    request: &FrameRequest,
+    ground: &dyn PageSource,
+    reporter: &Reporter,
+) -> Result<BoundFlight> {
+    let FrameRequest { scene, finish, setup, .. } = request;
+    let scene = scene.as_ref();
+    let choose = |count| Ok(args.frames.clone().unwrap_or_else(|| FrameSet::all(count)));
+    let film = FilmRequest { file: &args.area, source: ground, setup, fps: args.fps, scene };
+    let bound = BoundFlight::bind(&args.flight, &film, choose, reporter)?;
+    finish::check_lens(&bound.cameras, finish)?;
+    if let Some(note) = scene.filter(|_| setup.is_map()).and_then(scene::left_out_of_map) {
+        reporter.note(&note);
     }
+
+    Ok(bound)
 }
 
 /// Renders everything that `args` asks for. Frames that are finished when something goes wrong stay, and are listed.
@@ -203,11 +190,11 @@ pub fn fly(args: &RenderArgs, file: PageFile, reporter: &Reporter) -> Result<Don
     let pages = ResidentPages::new(file, shares.map(|shares| shares.pages));
     let source = &pages;
     let flight = match args.late {
-        Late::Wait => SceneFlight::bind(args, &request, source, reporter)?,
+        Late::Wait => bind(args, &request, source, reporter)?,
         // Ground under the path is not to be in memory because the path is known.
-        Late::Coarser => SceneFlight::bind(args, &request, source.file(), reporter)?,
+        Late::Coarser => bind(args, &request, source.file(), reporter)?,
     };
-    let SceneFlight { bound: BoundFlight { trajectory, timeline, cameras }, playing } = &flight;
+    let BoundFlight { motion, playing, cameras, .. } = &flight;
 
     let options = render_options(args, request.scene.as_ref(), source.header(), reporter)?;
     let mut renderer = Renderer::new(source, &options).with_isa(args.instructions.isa());
@@ -222,16 +209,15 @@ pub fn fly(args: &RenderArgs, file: PageFile, reporter: &Reporter) -> Result<Don
 
     // Pages that are loaded before take no frame's time.
     let begun = Instant::now();
-    let aov_inputs = aov_inputs(args, setup, source.file(), &flight, options.curvature)?;
+    let aov_inputs = aov_inputs(args, setup, &flight, options.curvature);
     if *product == Product::Frame && (finish.is_developed() || !hud.is_empty()) {
         reporter.note("EXR holds linear light: exposure, curves, vignette and instruments are left out");
     }
 
-    let motion = Motion { trajectory, timeline: *timeline };
     let finishing = Finishing {
         finish: *finish,
         hud: *hud,
-        map: mini_map(args, &request, source, trajectory)?,
+        map: mini_map(args, &request, source, &motion.flown)?,
         motion,
         setup,
         world: args.flight.world,
@@ -297,20 +283,11 @@ fn render_options(
 }
 
 /// Returns what frames need for the further channels that were asked for.
-fn aov_inputs(
-    args: &RenderArgs,
-    setup: &Setup,
-    ground: &PageFile,
-    flight: &SceneFlight,
-    curvature: Curvature,
-) -> Result<AovInputs> {
-    let wants_motion = args.aov.has(AovKind::Motion);
-    let numbers = flight.bound.cameras.iter().map(|frame| frame.number);
-    let partners =
-        wants_motion.then(|| args.flight.partners(ground, setup, args.fps, numbers)).transpose()?;
+fn aov_inputs(args: &RenderArgs, setup: &Setup, flight: &BoundFlight, curvature: Curvature) -> AovInputs {
+    let partners = args.aov.has(AovKind::Motion).then(|| flight.partners(setup));
     let wants_matte = args.aov.has(AovKind::Cryptomatte);
     let names = wants_matte.then(|| flight.playing.as_ref().map(Playing::names).unwrap_or_default());
-    Ok(AovInputs { names, partners, material: args.aov.has(AovKind::Material), curvature })
+    AovInputs { names, partners, material: args.aov.has(AovKind::Material), curvature }
 }
 
 /// Returns the map that the instruments of pictures show, if they show one.
@@ -396,7 +373,7 @@ fn settings(args: &RenderArgs, scene: Option<&Scene>, setup: &Setup, options: &R
         "engine": format!("{:?}", options.engine).to_lowercase(),
     });
 
-    flight.aim.record(&mut settings);
+    flight.camera.record(&mut settings);
     flight.playback.record(&mut settings);
     args.trust.record(&mut settings);
     args.late.record(&mut settings);

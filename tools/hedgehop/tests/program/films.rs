@@ -71,6 +71,105 @@ fn a_climb_is_seen_with_the_ground_in_view() {
     }
 }
 
+/// Largest difference between a column of the poses and what it should be.
+fn differs(site: &TempDir, folder: &str, name: &str, expected: &[f64]) -> f64 {
+    let found = column(site, folder, name);
+    assert_eq!(found.len(), expected.len(), "{folder}");
+    found.iter().zip(expected).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}
+
+#[test]
+fn cameras_follow_go_around_and_look_at_places_and_objects() {
+    let site = site();
+    let scene = "[[object]]\nname = \"mast\"\nshape = \"box\"\nsize_m = [4, 4, 40]\nat = [1000, 800, 0]\n";
+    fs::write(site.path().join("mast.toml"), scene).expect("a scene");
+    let flown = [0.0, 25.0, 50.0, 75.0, 100.0].map(|time| 200.0 + 12.0 * time);
+
+    render(&site, "--chase 60,15,20 --speed 25x", "chase");
+    assert!(differs(&site, "chase", "x_m", &[820.0; 5]) < 0.01);
+    assert!(differs(&site, "chase", "y_m", &flown.map(|y| y - 60.0)) < 0.01);
+    assert!(differs(&site, "chase", "z_m", &flown.map(|y| y / 2.0 + 15.0)) < 0.01);
+    let pitch = (-15.0_f64).atan2(60.0_f64.hypot(20.0)).to_degrees();
+    assert!(differs(&site, "chase", "pitch_deg", &[pitch; 5]) < 0.01);
+
+    // Half a turn in four seconds of the film, from behind by the west.
+    render(&site, "--orbit 100,50,8 --speed 25x", "orbit");
+    let bearings = [180.0, 225.0, 270.0, 315.0, 360.0].map(f64::to_radians);
+    assert!(differs(&site, "orbit", "x_m", &bearings.map(|bearing| 800.0 + 100.0 * bearing.sin())) < 0.1);
+
+    for (folder, looked) in
+        [("place", "--look-at 1000,800,70"), ("object", "--look-at mast --scene mast.toml")]
+    {
+        render(&site, &format!("{looked} --speed 25x"), folder);
+        let yaws = flown.map(|y| 200.0_f64.atan2(800.0 - y).to_degrees());
+        assert!(differs(&site, folder, "yaw_deg", &yaws) < 0.01, "{:?}", column(&site, folder, "yaw_deg"));
+    }
+}
+
+#[test]
+fn scenes_cut_from_camera_to_camera() {
+    let site = site();
+    let scene = "[[camera]]\nchase_m = [60, 15]\nhfov_deg = [60, 30]\n\
+        [[camera]]\nfrom_s = 50\nat = [900, 800, 30]\nlook_at = [900, 900, 30]\n\
+        [[camera]]\nease = \"in-out\"\n\
+        key = [{ t_s = 70, at = [500, 500, 90], yaw_deg = 10 }, { t_s = 90, at = [600, 500, 90], yaw_deg = 30 }]\n";
+    fs::write(site.path().join("film.toml"), scene).expect("a scene");
+    render(&site, "--scene film.toml --speed 10x", "film");
+    let xs = [800.0, 800.0, 800.0, 800.0, 800.0, 900.0, 900.0, 500.0, 550.0, 600.0, 600.0];
+    assert!(differs(&site, "film", "x_m", &xs) < 0.01, "{:?}", column(&site, "film", "x_m"));
+    let yaws = column(&site, "film", "yaw_deg");
+    assert!((yaws[6]).abs() < 1e-6 && (yaws[8] - 20.0).abs() < 1e-6, "{yaws:?}");
+    let fields = column(&site, "film", "hfov_deg");
+    assert!((fields[0] - 60.0).abs() < 1e-9 && fields[4] < 36.0 && fields[6] == 60.0, "{fields:?}");
+
+    // Flags go before what the scene says.
+    render(&site, "--scene film.toml --speed 10x --pitch -5", "flag");
+    assert!(differs(&site, "flag", "x_m", &[800.0; 11]) < 1e-6);
+}
+
+#[test]
+fn cameras_that_see_nothing_are_refused_with_their_line() {
+    let site = site();
+    for (table, word) in [
+        ("chase_m = [1]", "[back, up]"),
+        ("chase_m = [0, 0]", "not all 0"),
+        ("chase_m = [1e7, 0]", "a million"),
+        ("orbit_m = [0, 5]", "radius above 0"),
+        ("orbit_m = [9, 5]\nturn_s = 0", "1 or more"),
+        ("turn_s = 9", "turn_s says nothing"),
+        ("chase_m = [9, 9]\norbit_m = [9, 5]", "one of chase_m"),
+        ("at = [1, 2, 3]", "looks nowhere"),
+        ("at = [1, 2]\nyaw_deg = 0", "at must be"),
+        ("at_lonlat = [500, 91, 0]\nyaw_deg = 0", "longitude, latitude"),
+        ("key = [{ t_s = 1, at = [1, 2, 3] }]", "looks nowhere"),
+        ("key = [{ t_s = -1, at = [1, 2, 3], yaw_deg = 0 }]", "0 or more"),
+        (
+            "key = [{ t_s = 9, at = [1, 2, 3], yaw_deg = 0 }, { t_s = 9, at = [1, 2, 3], yaw_deg = 0 }]",
+            "order of their times",
+        ),
+        ("key = [{ t_s = 9, yaw_deg = 0 }]", "needs at or at_lonlat"),
+        ("look = \"up\"", "ahead"),
+        ("look = \"down\"\nlook_at = [1, 2, 3]", "looks one way"),
+        ("look_at_object = \"nobody\"", "no object `nobody`"),
+        ("look = \"down\"\npitch_deg = 3", "leave one"),
+        ("hfov_deg = 180", "between 0 and 180"),
+        ("hfov_deg = [60, 0]", "between 0 and 180"),
+        ("hfov_deg = [60, 30, 10]", "two of them"),
+        ("ease = \"in-out\"", "ease says nothing"),
+        ("yaw_deg = 3", "yaw_deg says nothing"),
+        ("from_s = -1", "0 or more"),
+        ("from_s = nan", "from_s"),
+        ("[[camera]]\nfrom_s = 0", "begin after"),
+        ("zoom = 3", "zoom"),
+    ] {
+        fs::write(site.path().join("bad.toml"), format!("# A film.\n[[camera]]\n{table}\n"))
+            .expect("a scene");
+        let said = ends(&run(&site, "scene check bad.toml"), 3);
+        let line = (2..=4).any(|line| said.contains(&format!("line {line}")));
+        assert!(said.contains(word) && line && said.contains("bad.toml"), "{table}: {said}");
+    }
+}
+
 #[test]
 fn what_is_no_film_is_told_in_a_sentence() {
     let site = site();
@@ -84,6 +183,15 @@ fn what_is_no_film_is_told_in_a_sentence() {
         ("--pitch 91", "-90"),
         ("--look up", "want ahead"),
         ("--look down --pitch 3", "cannot be used"),
+        ("--look-at nobody", "no --scene"),
+        ("--look-at 1,2,3,4", "want a place"),
+        ("--look-at 7", "want a place"),
+        ("--look-at-lonlat", "--look-at"),
+        ("--look-at 7.5,46.2 --look-at-lonlat", "local metres"),
+        ("--chase 60", "60,15"),
+        ("--chase 60,15 --orbit 60,15", "cannot be used"),
+        ("--orbit 0,15", "radius above 0"),
+        ("--chase 60,15 --screen orthographic --ground-width 100", "a map is seen"),
     ] {
         let said = ends(&run(&site, &format!("render area.hop --path climb.csv {flags} -o f/####.png")), 2);
         assert!(said.contains(word), "{flags}: {said}");

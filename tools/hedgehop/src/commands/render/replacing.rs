@@ -12,8 +12,8 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use crate::commands::render::flags::RenderArgs;
+use crate::frame_ranges::ranges;
 use crate::output::Files;
-use crate::view::ranges;
 use hedgehop::encode::check::Existing;
 use hedgehop::encode::sidecar::{FrameRecord, Manifest};
 use hedgehop::progress::Observer;

@@ -9,9 +9,9 @@ use serde_json::{Value, json};
 
 use crate::args::available_cores;
 use crate::exit::{self, Failure, Outcome};
+use crate::frame_ranges::ranges;
 use crate::pictures;
 use crate::progress::Reporter;
-use crate::view::ranges;
 use hedgehop::encode::check::digest_of_whole;
 use hedgehop::encode::sidecar::{FrameRecord, Manifest};
 use hedgehop::progress::Observer;

@@ -1,0 +1,110 @@
+//! Paths of eyes that follow a flight.
+//!
+//! ```text
+//! p(t) = mean of the flight's places about t, over STEADY seconds of the film      (what the eye follows)
+//! chase:  a rod of the rope's length is towed by p:  e ← p − rope · d,  d = (p − e) / |p − e|
+//!         eye = p − back · d + side · right(d) + up
+//! orbit:  eye = centre + radius · (sin β, cos β) + up,   β = β₀ + 360° · film seconds / period
+//! ```
+//!
+//! Means are over the film's time, not the flight's: thirty times as fast, a glider that circles does not shake the
+//! picture. What is towed runs straight behind, cuts wide turns a little, and only swings in turns that are tighter than the
+//! rope (the tractrix of Huygens 1692).
+
+use glam::{DVec2, DVec3};
+
+use super::aim::Subject;
+use super::shot::{Chase, Orbit};
+use super::trajectory::Trajectory;
+
+/// Time between two places of a path, seconds of the film, and least seconds of flight.
+const STEP: f64 = 0.1;
+const LEAST_STEP: f64 = 0.02;
+/// Most places of a path.
+const MOST_PLACES: f64 = 200_000.0;
+/// Standard deviation of the mean over the flight's places, seconds of the film.
+const STEADY: f64 = 0.5;
+/// Shortest rope: metres, and seconds of the film at the flight's mean speed.
+const ROPE: f64 = 5.0;
+const LAG: f64 = 1.0;
+
+/// Part of a flight that a shot shows.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Stretch {
+    /// Its beginning and end, seconds after the flight's first fix.
+    pub begin: f64,
+    pub end: f64,
+    /// Seconds of flight in a second of the film, above 0.
+    pub pace: f64,
+}
+
+/// A flight without what shakes it, at even times.
+#[derive(Debug, Clone)]
+pub(super) struct Steadied {
+    /// Seconds after the flight's first fix, increasing; at least one.
+    pub times: Vec<f64>,
+    /// Places, metres.
+    pub places: Vec<DVec3>,
+}
+
+impl Steadied {
+    /// Takes means of a flight's places over part of it.
+    pub fn of(flight: &Trajectory, stretch: Stretch) -> Self {
+        let length = stretch.end - stretch.begin;
+        let wanted = length / (STEP * stretch.pace).max(LEAST_STEP);
+        // A float converts saturating; an interval that is too short for a double to divide is one place.
+        let count = if length < LEAST_STEP { 0 } else { wanted.ceil().clamp(1.0, MOST_PLACES) as i64 };
+        let step = if count > 0 { length / count as f64 } else { 0.0 };
+        let moment = |index: i64| stretch.begin + step * index as f64;
+
+        // Three standard deviations to either side; beyond its ends the flight goes straight on.
+        let sigma = if step > 0.0 { STEADY * stretch.pace / step } else { 0.0 };
+        let reach = (3.0 * sigma).ceil() as i64;
+        let weights: Vec<f64> =
+            (-reach..=reach).map(|index| (-0.5 * (index as f64 / sigma.max(1e-9)).powi(2)).exp()).collect();
+        let sum: f64 = weights.iter().sum();
+        let raw: Vec<DVec3> = (-reach..=count + reach).map(|index| flight.place_at(moment(index))).collect();
+
+        let mean = |window: &[DVec3]| {
+            // About the first place, so that large coordinates lose nothing.
+            let offsets = window.iter().zip(&weights).map(|(place, weight)| (*place - window[0]) * *weight);
+            window[0] + offsets.sum::<DVec3>() / sum
+        };
+        let places = raw.windows(weights.len()).map(mean).collect();
+        Self { times: (0..=count).map(moment).collect(), places }
+    }
+
+    /// Returns the places of an eye that is towed; `heading` is the flight's at its beginning, degrees.
+    pub fn chased(&self, chase: Chase, heading: f64, pace: f64) -> Vec<DVec3> {
+        let rope = ROPE.max(chase.back.abs()).max(LAG * pace * self.mean_speed());
+        let (sin, cos) = heading.to_radians().sin_cos();
+        let mut towed = self.places[0].truncate() - rope * DVec2::new(sin, cos);
+
+        let eye = |place: &DVec3| {
+            let along = (place.truncate() - towed).normalize_or(DVec2::Y);
+            towed = place.truncate() - rope * along;
+            let right = DVec2::new(along.y, -along.x);
+            *place + (chase.side * right - chase.back * along).extend(chase.up)
+        };
+        self.places.iter().map(eye).collect()
+    }
+
+    /// Returns the places of an eye on a circle around `centre`, or around the flight; `heading` is the flight's at the beginning,
+    /// where the eye is behind it, degrees.
+    pub fn orbited(&self, orbit: Orbit, centre: Option<&dyn Subject>, heading: f64, pace: f64) -> Vec<DVec3> {
+        let around = |(time, place): (&f64, &DVec3)| {
+            let centre = centre.map_or(*place, |centre| centre.place_at(*time));
+            let turns = (time - self.times[0]) / pace / orbit.period;
+            let (sin, cos) = (heading + 180.0 + 360.0 * turns.fract()).to_radians().sin_cos();
+            centre + DVec3::new(orbit.radius * sin, orbit.radius * cos, orbit.up)
+        };
+        self.times.iter().zip(&self.places).map(around).collect()
+    }
+
+    /// Mean speed over ground, metres a second.
+    fn mean_speed(&self) -> f64 {
+        let way: f64 = self.places.windows(2).map(|pair| (pair[1] - pair[0]).truncate().length()).sum();
+        let length = self.times[self.times.len() - 1] - self.times[0];
+        if length > 0.0 { way / length } else { 0.0 }
+    }
+}

@@ -1,0 +1,255 @@
+//! Camera rigs: the eye of a film over a flight, shot by shot.
+//!
+//! ```text
+//! flight ──mount──▶ path of the eye (eye_path.rs, or keys) ──▶ lifted over what stands there ──aim──▶ pose_at(seconds)
+//! ```
+
+use std::fmt;
+use std::sync::Arc;
+
+use glam::{DVec2, DVec3};
+
+use super::aim::{Aim, FixedPlace, PlaceAhead, Subject};
+use super::eye_path::{Steadied, Stretch};
+use super::ground;
+use super::shot::{Ease, Keys, Look, Mount, Shot, Zoom};
+use super::spline::Spline;
+use super::timeline::Timeline;
+use super::track::Track;
+use super::trajectory::{BindOptions, Trajectory};
+use crate::space::{Attitude, Pose};
+use hedgehop_base::error::{Error, Result};
+use hedgehop_geo::Crs;
+
+/// Least height of an eye of its own above the ground and what stands there, metres, unless the user says otherwise.
+const CLEARANCE: f64 = 2.0;
+
+/// Place that a film is made in.
+pub struct FilmSite<'a> {
+    /// Reference system of the database.
+    pub crs: &'a Crs,
+    /// Surface height (metres) below a position of that system; `None` outside the area or where there is no surface.
+    pub ground: &'a dyn Fn(DVec2) -> Option<f64>,
+    /// Finds an object of the scene by its name.
+    pub object: &'a dyn Fn(&str) -> Option<Arc<dyn Subject>>,
+    /// Least height of the eye above the ground, metres; `None`: cameras of their own keep 2 m.
+    pub clearance: Option<f64>,
+}
+
+impl fmt::Debug for FilmSite<'_> {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.debug_struct("FilmSite").field("clearance", &self.clearance).finish_non_exhaustive()
+    }
+}
+
+/// Camera of a film: the pose of the eye at any time of a flight.
+#[derive(Debug, Clone)]
+pub struct Rig {
+    flight: Arc<Trajectory>,
+    /// By their beginnings; at least one.
+    shots: Vec<BoundShot>,
+    notes: Vec<String>,
+}
+
+/// A shot over a database.
+#[derive(Debug, Clone)]
+struct BoundShot {
+    stretch: Stretch,
+    eye: EyePath,
+    aim: Aim,
+    zoom: Option<Zoom>,
+}
+
+/// Path of an eye.
+#[derive(Debug, Clone)]
+enum EyePath {
+    /// That of the flight.
+    Flight,
+    /// One that follows it; times as the flight's.
+    Following(Spline),
+    /// One of its own.
+    Keyed(Box<KeyedPath>),
+}
+
+/// Path of an eye by its keys.
+#[derive(Debug, Clone)]
+struct KeyedPath {
+    path: Trajectory,
+    /// Moment of the first key, seconds after the flight's first fix, and times of all after it.
+    start: f64,
+    keys: Vec<f64>,
+    ease: Ease,
+}
+
+impl Rig {
+    /// Puts shots over a flight; without any, the eye is aboard and looks along the nose.
+    ///
+    /// # Errors
+    /// [`Error::Configuration`] for a place that the reference system does not have, or an object that the scene does not have.
+    pub fn bind(
+        flight: Arc<Trajectory>,
+        timeline: &Timeline,
+        shots: &[Shot],
+        site: &FilmSite<'_>,
+    ) -> Result<Self> {
+        let aboard = [Shot::default()];
+        let shots = if shots.is_empty() { &aboard } else { shots };
+        let ends = shots[1..].iter().map(|shot| shot.from).chain([flight.duration()]);
+        let mut rig = Self { flight, shots: Vec::with_capacity(shots.len()), notes: Vec::new() };
+
+        for (shot, end) in shots.iter().zip(ends) {
+            let begin = shot.from.min(rig.flight.duration());
+            let stretch =
+                Stretch { begin, end: end.clamp(begin, rig.flight.duration()), pace: timeline.speed() };
+            let bound = rig.bound(shot, stretch, site)?;
+            rig.shots.push(bound);
+        }
+
+        Ok(rig)
+    }
+
+    /// Pose of the eye at `seconds` after the flight's first fix, clamped to the flight.
+    pub fn pose_at(&self, seconds: f64) -> Pose {
+        self.shot_at(seconds).pose_at(&self.flight, seconds)
+    }
+
+    /// Pose of the eye at `seconds`, by the camera that sees the moment `frame`: a shutter does not see across a cut.
+    pub fn pose_in_frame(&self, frame: f64, seconds: f64) -> Pose {
+        self.shot_at(frame).pose_at(&self.flight, seconds)
+    }
+
+    /// Whether one camera sees both moments.
+    pub fn is_one_shot(&self, one: f64, other: f64) -> bool {
+        self.number_at(one) == self.number_at(other)
+    }
+
+    /// Whether all is seen from aboard.
+    pub fn is_aboard(&self) -> bool {
+        self.shots.iter().all(|shot| matches!(shot.eye, EyePath::Flight))
+    }
+
+    /// Lists what was done for the user, as sentences.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    fn shot_at(&self, seconds: f64) -> &BoundShot {
+        &self.shots[self.number_at(seconds)]
+    }
+
+    fn number_at(&self, seconds: f64) -> usize {
+        self.shots.partition_point(|shot| shot.stretch.begin <= seconds).saturating_sub(1)
+    }
+
+    fn bound(&mut self, shot: &Shot, stretch: Stretch, site: &FilmSite<'_>) -> Result<BoundShot> {
+        let heading = self.flight.pose_at(stretch.begin).attitude.yaw;
+        let looked = shot.look.as_ref().map(|look| self.aim(look, site)).transpose()?;
+        let zoom = shot.zoom;
+
+        let steadied = || Steadied::of(&self.flight, stretch);
+        let (followed, places) = match &shot.mount {
+            Mount::Aboard => {
+                let aim = looked.unwrap_or(Aim::Nose);
+                return Ok(BoundShot { stretch, eye: EyePath::Flight, aim, zoom });
+            }
+            Mount::Keys(keys) => {
+                let keyed = KeyedPath::bind(keys, site, &mut self.notes)?;
+                let eye = EyePath::Keyed(Box::new(keyed));
+                return Ok(BoundShot { stretch, eye, aim: looked.unwrap_or(Aim::Nose), zoom });
+            }
+            Mount::Chase(chase) => {
+                let followed = steadied();
+                let places = followed.chased(*chase, heading, stretch.pace);
+                (followed, places)
+            }
+            Mount::Orbit(orbit) => {
+                let followed = steadied();
+                let centre = match &looked {
+                    Some(Aim::At(subject)) => Some(subject.as_ref()),
+                    _ => None,
+                };
+                let places = followed.orbited(*orbit, centre, heading, stretch.pace);
+                (followed, places)
+            }
+        };
+
+        let times = followed.times.clone();
+        let path = clear(Spline::through(times, places), stretch, site, &mut self.notes);
+        let flight = || Aim::At(Arc::new(Spline::through(followed.times, followed.places)));
+        Ok(BoundShot { stretch, eye: EyePath::Following(path), aim: looked.unwrap_or_else(flight), zoom })
+    }
+
+    fn aim(&self, look: &Look, site: &FilmSite<'_>) -> Result<Aim> {
+        Ok(match look {
+            Look::Nose => Aim::Nose,
+            Look::Pitch(pitch) => Aim::Pitch(*pitch),
+            Look::Down => Aim::Down,
+            Look::Ahead(lead) => Aim::At(Arc::new(PlaceAhead { flight: self.flight.clone(), lead: *lead })),
+            Look::Place(track) => Aim::At(Arc::new(FixedPlace(place(track, site)?))),
+            Look::Object(name) => Aim::At((site.object)(name).ok_or_else(|| {
+                Error::Configuration(format!("the scene has no object `{name}` to look at"))
+            })?),
+        })
+    }
+}
+
+impl BoundShot {
+    fn pose_at(&self, flight: &Trajectory, seconds: f64) -> Pose {
+        let aboard = flight.pose_at(seconds);
+        let seconds = if seconds.is_nan() { 0.0 } else { seconds.clamp(0.0, flight.duration()) };
+        let level = Attitude { roll: 0.0, ..aboard.attitude };
+        let Pose { eye, attitude: nose, hfov } = match &self.eye {
+            EyePath::Flight => aboard,
+            EyePath::Following(path) => Pose { eye: path.position(seconds), attitude: level, ..aboard },
+            EyePath::Keyed(keyed) => keyed.pose_at(seconds),
+        };
+
+        let Stretch { begin, end, .. } = self.stretch;
+        let share = || if end > begin { (seconds - begin) / (end - begin) } else { 0.0 };
+        Pose {
+            eye,
+            attitude: self.aim.attitude(eye, seconds, nose),
+            hfov: self.zoom.map_or(hfov, |zoom| zoom.at(share())),
+        }
+    }
+}
+
+impl KeyedPath {
+    /// Puts keys over the database.
+    fn bind(keys: &Keys, site: &FilmSite<'_>, notes: &mut Vec<String>) -> Result<Self> {
+        let options = BindOptions { clearance: site.clearance.or(Some(CLEARANCE)), ..BindOptions::default() };
+        let path = Trajectory::bind(&keys.track, site.crs, site.ground, &options)?;
+        notes.extend(path.notes().iter().cloned());
+        let times = keys.track.fixes.iter().map(|fix| fix.time).collect();
+        Ok(Self { path, start: keys.start, keys: times, ease: keys.ease })
+    }
+
+    fn pose_at(&self, seconds: f64) -> Pose {
+        let seconds = seconds - self.start;
+        let after = self.keys.partition_point(|key| *key <= seconds);
+        let (Some(before), Some(next)) = (after.checked_sub(1), self.keys.get(after)) else {
+            return self.path.pose_at(seconds);
+        };
+
+        let begin = self.keys[before];
+        let share = (seconds - begin) / (next - begin);
+        self.path.pose_at(begin + (next - begin) * self.ease.at(share))
+    }
+}
+
+/// Lifts a path over the ground and what stands there.
+fn clear(path: Spline, stretch: Stretch, site: &FilmSite<'_>, notes: &mut Vec<String>) -> Spline {
+    let least = vec![Some(site.clearance.unwrap_or(CLEARANCE)); path.times().len()];
+    let Some(lifted) = ground::lift(&path, &least, stretch.pace, site.ground) else { return path };
+    notes.push(format!("The camera was raised over the ground by up to {:.1} m.", lifted.most));
+    lifted.spline
+}
+
+/// A place, metres of the database's system.
+fn place(track: &Track, site: &FilmSite<'_>) -> Result<DVec3> {
+    let bound = Trajectory::bind(track, site.crs, site.ground, &BindOptions::default())?;
+    Ok(bound.pose_at(0.0).eye)
+}
+
+#[cfg(test)]
+mod tests;
