@@ -31,7 +31,7 @@ const LAG: f64 = 1.0;
 /// Part of a flight that a shot shows.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Stretch {
-    /// Its beginning and end, seconds after the flight's first fix.
+    /// Beginning and end, seconds after the flight's first fix.
     pub begin: f64,
     pub end: f64,
     /// Seconds of flight in a second of the film, above 0.

@@ -46,7 +46,7 @@ impl fmt::Debug for FilmSite<'_> {
 #[derive(Debug, Clone)]
 pub struct Rig {
     flight: Arc<Trajectory>,
-    /// By their beginnings; at least one.
+    /// Shots by their beginnings; at least one.
     shots: Vec<BoundShot>,
     notes: Vec<String>,
 }
@@ -63,7 +63,7 @@ struct BoundShot {
 /// Path of an eye.
 #[derive(Debug, Clone)]
 enum EyePath {
-    /// That of the flight.
+    /// The flight's own.
     Flight,
     /// One that follows it; times as the flight's.
     Following(Spline),

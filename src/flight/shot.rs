@@ -18,7 +18,7 @@ pub struct Shot {
 /// Place of the eye in a shot.
 #[derive(Debug, Clone, Default)]
 pub enum Mount {
-    /// In what flies, looking along its nose.
+    /// Aboard what flies, looking along its nose.
     #[default]
     Aboard,
     /// Behind what flies, looking at it.
@@ -68,7 +68,7 @@ pub enum Ease {
     /// Evenly.
     #[default]
     None,
-    /// From rest to rest.
+    /// Smoothly, from rest to rest.
     InOut,
 }
 
