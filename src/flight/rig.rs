@@ -123,11 +123,6 @@ impl Rig {
         self.number_at(one) == self.number_at(other)
     }
 
-    /// Whether all is seen from aboard.
-    pub fn is_aboard(&self) -> bool {
-        self.shots.iter().all(|shot| matches!(shot.eye, EyePath::Flight))
-    }
-
     /// Lists what was done for the user, as sentences.
     pub fn notes(&self) -> &[String] {
         &self.notes
@@ -247,8 +242,19 @@ fn clear(path: Spline, stretch: Stretch, site: &FilmSite<'_>, notes: &mut Vec<St
 
 /// A place, metres of the database's system.
 fn place(track: &Track, site: &FilmSite<'_>) -> Result<DVec3> {
-    let bound = Trajectory::bind(track, site.crs, site.ground, &BindOptions::default())?;
-    Ok(bound.pose_at(0.0).eye)
+    let bound = Trajectory::bind(track, site.crs, site.ground, &BindOptions::default());
+    match bound {
+        Ok(bound) => Ok(bound.pose_at(0.0).eye),
+        // What would help a path helps no place.
+        Err(Error::Invalid { what, .. }) => {
+            let what = what.split(';').next().unwrap_or_default();
+            let whose = track.path.display();
+            Err(Error::Configuration(format!(
+                "{whose}: {what}; look at a place on the database's ground, or give its altitude above sea level"
+            )))
+        }
+        Err(other) => Err(other),
+    }
 }
 
 #[cfg(test)]

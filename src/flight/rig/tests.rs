@@ -63,7 +63,6 @@ fn without_a_camera_the_eye_is_aboard() {
         let seconds = f64::from(step) + 0.3;
         assert_eq!(plain.pose_at(seconds), flight.pose_at(seconds));
     }
-    assert!(plain.is_aboard() && !rig(&flight, 1.0, Mount::Chase(BEHIND)).is_aboard());
 }
 
 #[test]

@@ -160,7 +160,7 @@ impl BoundFlight {
         }
 
         if !flight.world.tile_world {
-            check_inside(file, source, &poses)?;
+            check_inside(&motion, file, source, &poses)?;
         }
         if let Some(above) = above {
             if poses.iter().any(|numbered| numbered.pose.eye.z < above) {
@@ -221,7 +221,7 @@ fn shots(flight: &FlightArgs, request: &FilmRequest<'_>, observer: &dyn Observer
 
     let shots = flight.camera.shots(scene, flight.alt_mode.map(Into::into))?;
     if shots.iter().any(|shot| shot.zoom.is_some()) && !setup.takes_hfov_from_path() {
-        observer.note("fields of view of the scene's cameras are for planar screens without --hfov; this one has its own");
+        observer.note("fields of view of the scene's cameras are for planar screens; this one has its own");
     }
     if shots.iter().any(follows) && !has_body(flight, scene) {
         observer.note(
@@ -266,7 +266,12 @@ fn look_down(above: f64, pose: &mut Pose) {
     pose.eye.z = pose.eye.z.max(above);
 }
 
-fn check_inside(file: &Path, source: &dyn PageSource, poses: &[NumberedPose]) -> Result<()> {
+fn check_inside(
+    motion: &FilmMotion,
+    file: &Path,
+    source: &dyn PageSource,
+    poses: &[NumberedPose],
+) -> Result<()> {
     let header = source.header();
     let inside = |pose: &Pose| header.grid.contains(pose.eye.truncate());
     let Some(NumberedPose { number, pose }) = poses.iter().find(|outside| !inside(&outside.pose)) else {
@@ -277,7 +282,12 @@ fn check_inside(file: &Path, source: &dyn PageSource, poses: &[NumberedPose]) ->
     let degrees =
         !reference::crs(header)?.is_local() && pose.eye.x.abs() <= 180.0 && pose.eye.y.abs() <= 90.0;
 
-    let remedy = if within.is_empty() && degrees {
+    let flown = motion.flown.pose_at(motion.timeline.seconds_at(*number));
+    let remedy = if inside(&flown) {
+        let frames =
+            if within.is_empty() { String::new() } else { format!(", or take --frames {}", ranges(&within)) };
+        format!("bring the camera nearer to what flies{frames}")
+    } else if within.is_empty() && degrees {
         "degrees need --eye-lonlat, or columns lon_deg and lat_deg".to_owned()
     } else if within.is_empty() {
         "check the reference system and the order of the axes".to_owned()
