@@ -123,6 +123,11 @@ impl Rig {
         self.number_at(one) == self.number_at(other)
     }
 
+    /// Whether the moment is seen from aboard what flies.
+    pub fn is_aboard_at(&self, seconds: f64) -> bool {
+        matches!(self.shot_at(seconds).eye, EyePath::Flight)
+    }
+
     /// Lists what was done for the user, as sentences.
     pub fn notes(&self) -> &[String] {
         &self.notes

@@ -47,6 +47,8 @@ struct Actor {
     to: Option<DVec3>,
     start: f64,
     beyond: Beyond,
+    /// Whether cameras aboard what flies see it.
+    from_aboard: bool,
     /// The ground below, if it leans as that does.
     slope: Option<Slope>,
     /// Course before its track and behind it, if it keeps to the ground there.
@@ -103,6 +105,7 @@ impl Scene {
                 to,
                 start: object.start,
                 beyond: object.beyond,
+                from_aboard: object.from_aboard,
                 onward: None,
             };
 
@@ -258,13 +261,13 @@ impl Cast {
 
     /// All bodies that are there so many seconds after the flight's first fix: objects, and then parts.
     pub fn bodies_at(&self, seconds: f64) -> Vec<Body> {
-        self.bodies_and_parts(seconds).0
+        self.bodies_and_parts(seconds, |_| true).0
     }
 
-    /// [`Self::bodies_at`], and how many of them are parts.
-    fn bodies_and_parts(&self, seconds: f64) -> (Vec<Body>, usize) {
+    /// Returns [`Self::bodies_at`] of actors that are seen, and how many of them are parts.
+    fn bodies_and_parts(&self, seconds: f64, is_seen: impl Fn(&Actor) -> bool) -> (Vec<Body>, usize) {
         let (mut bodies, mut parts) = (Vec::with_capacity(self.names.len()), Vec::new());
-        for (id, actor) in (0..).zip(&self.actors) {
+        for (id, actor) in (0..).zip(&self.actors).filter(|(_, actor)| is_seen(actor)) {
             let Some(pose) = actor.pose_at(seconds) else { continue };
             bodies.push(actor.body(id, pose));
             let placed = actor.parts.iter().zip(actor.parts_at(pose, seconds));
@@ -292,7 +295,16 @@ impl Cast {
 
     /// All of them, so many seconds after the flight's first fix.
     pub fn at(&self, seconds: f64) -> Scenery {
-        let (bodies, parts) = self.bodies_and_parts(seconds);
+        self.scenery(seconds, |_| true)
+    }
+
+    /// Returns all that a camera aboard what flies sees, so many seconds after the flight's first fix.
+    pub fn from_aboard(&self, seconds: f64) -> Scenery {
+        self.scenery(seconds, |actor| actor.from_aboard)
+    }
+
+    fn scenery(&self, seconds: f64, is_seen: impl Fn(&Actor) -> bool) -> Scenery {
+        let (bodies, parts) = self.bodies_and_parts(seconds, is_seen);
         Scenery { bodies, parts, lights: self.lights_at(seconds), puffs: self.puffs_at(seconds) }
     }
 

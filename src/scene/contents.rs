@@ -113,6 +113,8 @@ pub struct Object {
     pub banks: bool,
     /// Whether it leans as the ground below it does.
     pub leans: bool,
+    /// Whether cameras aboard what flies see it.
+    pub from_aboard: bool,
     /// Moving parts; each after what it goes with.
     pub parts: Vec<Part>,
 }

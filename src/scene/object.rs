@@ -79,6 +79,7 @@ pub(super) fn object(
         beyond,
         banks: table.bank.as_ref().is_some_and(|bank| *bank.get_ref()),
         leans: table.leans(),
+        from_aboard: table.from_aboard.as_ref().is_none_or(|seen| *seen.get_ref()),
         parts: Vec::new(),
         name: table.name.clone(),
     };

@@ -44,6 +44,7 @@ pub(super) struct ObjectTable {
     pub sort: Option<Spanned<bool>>,
     pub start_s: Option<Spanned<f64>>,
     pub bank: Option<Spanned<bool>>,
+    pub from_aboard: Option<Spanned<bool>>,
     pub beyond: Option<Spanned<Beyond>>,
     pub model: Option<Spanned<PathBuf>>,
     pub scale: Option<Spanned<f64>>,

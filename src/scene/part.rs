@@ -62,6 +62,7 @@ pub(super) fn refuse_keys(reading: &Reading<'_>, table: &ObjectTable, whole: Who
                 ("slope", at(&table.slope)),
                 ("track", at(&table.track)),
                 ("bank", at(&table.bank)),
+                ("from_aboard", at(&table.from_aboard)),
                 ("beyond", at(&table.beyond)),
                 ("to", at(&table.to)),
                 ("part", table.part.first().map(Spanned::span)),

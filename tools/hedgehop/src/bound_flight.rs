@@ -64,7 +64,7 @@ pub struct FilmMotion {
     /// Moments of the frames.
     pub timeline: Timeline,
     /// Camera over time.
-    pub rig: Rig,
+    pub rig: Arc<Rig>,
 }
 
 /// A path bound to a database and a scene, and its frames.
@@ -133,14 +133,14 @@ impl BoundFlight {
         let playing = scene.map(|scene| Playing::new(scene, source, flight.world, timeline, observer));
         let playing = playing.transpose()?;
         let shots = shots(flight, request, observer)?;
-        let rig = rig(
-            flight,
-            request,
-            &Shown { flown: &flown, timeline: &timeline, playing: playing.as_ref() },
-            &shots,
-        )?;
+        let shown = Shown { flown: &flown, timeline: &timeline, playing: playing.as_ref() };
+        let rig = Arc::new(rig(flight, request, &shown, &shots)?);
         rig.notes().iter().for_each(|note| observer.note(note));
 
+        let playing = match flight.path {
+            Some(_) => playing.map(|playing| playing.seen_by(&rig)),
+            None => playing,
+        };
         let motion = FilmMotion { flown, timeline, rig };
         let frames = choose(timeline.frame_count())?;
         frames.check_within(timeline.frame_count())?;

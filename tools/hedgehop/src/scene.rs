@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 use crate::view::over_ground;
 use crate::world::WorldArgs;
-use hedgehop::flight::{Subject, Timeline};
+use hedgehop::flight::{Rig, Subject, Timeline};
 use hedgehop::progress::Observer;
 use hedgehop::scene::{Cast, CastSubject, Scene, Scenery};
 use hedgehop::voxel::PageSource;
@@ -36,6 +36,8 @@ pub struct SceneArgs {
 pub struct Playing {
     cast: Arc<Cast>,
     timeline: Timeline,
+    /// Cameras, of which some are aboard; `None`: none is.
+    rig: Option<Arc<Rig>>,
 }
 
 impl SceneArgs {
@@ -168,7 +170,7 @@ impl Playing {
         }
         let cast = over_ground(source, world, |crs, ground| scene.bind(crs, ground))?;
         cast.raised().for_each(|(name, metres)| observer.note(&raised(name, metres)));
-        Ok(Self { cast: Arc::new(cast), timeline })
+        Ok(Self { cast: Arc::new(cast), timeline, rig: None })
     }
 
     /// Returns the scenery in a frame.
@@ -178,7 +180,15 @@ impl Playing {
 
     /// Returns the scenery so many seconds after the flight's first fix.
     pub fn scenery_at(&self, seconds: f64) -> Scenery {
+        if self.rig.as_ref().is_some_and(|rig| rig.is_aboard_at(seconds)) {
+            return self.cast.from_aboard(seconds);
+        }
         self.cast.at(seconds)
+    }
+
+    /// Returns the scene as cameras along a flight see it.
+    pub fn seen_by(self, rig: &Arc<Rig>) -> Self {
+        Self { rig: Some(rig.clone()), ..self }
     }
 
     /// Returns an object, or a part of one, as what a camera looks at; `None`: there is none of that name.

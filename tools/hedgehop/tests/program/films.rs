@@ -122,6 +122,22 @@ fn scenes_cut_from_camera_to_camera() {
     let fields = column(&site, "film", "hfov_deg");
     assert!((fields[0] - 60.0).abs() < 1e-9 && fields[4] < 36.0 && fields[6] == 60.0, "{fields:?}");
 
+    // Whoever is within a body sees it, unless cameras aboard are not to.
+    let seen = |folder: &str| fs::read(site.path().join(folder).join("0001.png")).expect("a frame");
+    for (folder, key) in [("within", "true"), ("without", "false")] {
+        let body = format!(
+            "[[object]]\nname = \"it\"\nshape = \"sphere\"\nradius_m = 9\ntrack = \"climb.csv\"\nfrom_aboard = {key}\n"
+        );
+        fs::write(site.path().join("body.toml"), body).expect("a scene");
+        render(&site, "--scene body.toml --speed 100x", folder);
+        render(&site, "--scene body.toml --speed 100x --chase 60,15", &format!("behind-{folder}"));
+    }
+    render(&site, "--speed 100x", "alone");
+    let pixels =
+        |folder: &str| image::load_from_memory(&seen(folder)).expect("a picture").to_rgb8().into_raw();
+    assert!(pixels("without") == pixels("alone") && pixels("within") != pixels("alone"));
+    assert_eq!(pixels("behind-without"), pixels("behind-within"));
+
     // Flags go before what the scene says.
     render(&site, "--scene film.toml --speed 10x --pitch -5", "flag");
     assert!(differs(&site, "flag", "x_m", &[800.0; 11]) < 1e-6);
