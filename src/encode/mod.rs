@@ -3,7 +3,7 @@
 //! ```text
 //! 8-bit sRGB ─┬─▶ png   one file per frame, text chunks say what made it
 //!             ├─▶ y4m   one stream of frames, BT.709, limited range
-//!             └─▶ video an installed ffmpeg, from the finished frames
+//!             └─▶ video an installed ffmpeg, or Motion JPEG
 //! Frame ────────▶ exr   linear colour, Z, range, normals, level, id
 //! ```
 //!

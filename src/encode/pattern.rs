@@ -42,11 +42,13 @@ impl Target {
             Some("png") => Ok(Self::Png),
             Some("exr") => Ok(Self::Exr),
             Some("y4m") => Ok(Self::Y4m),
-            Some(video @ ("mp4" | "mkv" | "mov" | "m4v" | "webm")) => Err(Error::Configuration(format!(
-                "{}: {video} is not a frame format; use --video for it, and -o for the frames \
-                 (frames/####.png)",
-                path.display()
-            ))),
+            Some(video @ ("mp4" | "mkv" | "mov" | "m4v" | "webm" | "avi")) => {
+                Err(Error::Configuration(format!(
+                    "{video} is not a frame format; write --video {}, and -o frames/####.png only if frames are wanted \
+                 too",
+                    path.display()
+                )))
+            }
             other => Err(Error::Configuration(format!(
                 "{}: {}; -o takes .png, .exr, .y4m, or - for y4m on standard output",
                 path.display(),

@@ -87,8 +87,8 @@ impl AovArgs {
     }
 
     /// Refuses outputs that cannot hold further channels, and screens on which motion cannot be told.
-    pub fn check(&self, target: Target, setup: &Setup) -> Result<()> {
-        if !self.aov.is_empty() && target != Target::Exr {
+    pub fn check(&self, target: Option<Target>, setup: &Setup) -> Result<()> {
+        if !self.aov.is_empty() && target != Some(Target::Exr) {
             let what =
                 "--aov adds channels to EXR frames; write these with -o frames/####.exr, or leave it out";
             return Err(Error::Configuration(what.into()));

@@ -7,7 +7,7 @@ use crate::aov::AovArgs;
 use crate::args::{self, Instructions, Overlap, Workers};
 use crate::camera::CameraArgs;
 use crate::commands::build::Order;
-use crate::commands::render;
+use crate::commands::render::{self, FilmArgs};
 use crate::contact_sheet::{Entry, WIDTH, sheet, spread};
 use crate::exit::{self, Outcome};
 use crate::finish::FinishArgs;
@@ -25,7 +25,7 @@ use crate::view::{FlightArgs, LookArgs, Surface};
 use crate::world::WorldArgs;
 use hedgehop::encode::FramePattern;
 use hedgehop::encode::atomic::write_bytes;
-use hedgehop::encode::video::check_video;
+use hedgehop::encode::video::{VideoSettings, check_video};
 use hedgehop::memory::PageFile;
 use hedgehop::progress::Observer;
 use hedgehop::{Error, Result, Size};
@@ -137,17 +137,20 @@ pub fn run(args: &DemoArgs, interrupt: &Interrupt) -> Outcome {
     exit::print(&format!("3. {}", done.sentence()))?;
     let sheet = contact_sheet(folder, &done.files)?;
     exit::print(&format!("4. wrote the contact sheet {}\n", sheet.display()))?;
-    if let Some(film) = &flight.video {
+    if let Some(film) = &flight.film.video {
         exit::print(&format!("5. wrote the film {}\n", film.display()))?;
     }
 
-    exit::print(&next(folder, &area, flight.video.is_some()))?;
+    exit::print(&next(folder, &area, flight.film.video.is_some()))?;
     Ok(())
 }
 
 /// The flight as `hedgehop render` would fly it.
 fn flight(folder: &Path, area: &Path) -> Result<render::RenderArgs> {
-    let film = folder.join("valley.mp4");
+    let fps = FRAMES_PER_SECOND.parse()?;
+    // Without ffmpeg there is no film, which the demo says at its end.
+    let film = VideoSettings::new(folder.join("valley.mp4"), fps);
+    let video = check_video(&film).is_ok().then_some(film.out);
     let flight = FlightArgs {
         path: Some(folder.join(PATH)),
         eye: None,
@@ -166,13 +169,11 @@ fn flight(folder: &Path, area: &Path) -> Result<render::RenderArgs> {
 
     Ok(render::RenderArgs {
         area: area.to_owned(),
-        output: FramePattern::parse(&folder.join("frames").join("####.png").to_string_lossy())?,
-        fps: FRAMES_PER_SECOND.parse()?,
+        output: Some(FramePattern::parse(&folder.join("frames").join("####.png").to_string_lossy())?),
+        fps,
         frames: None,
         skip_existing: false,
         overwrite: true,
-        // Without ffmpeg there is no film, which the demo says at its end.
-        video: check_video(&film).is_ok().then_some(film),
         workers: Workers { jobs: None },
         overlap: Overlap::default(),
         memory: Memory::default(),
@@ -186,6 +187,7 @@ fn flight(folder: &Path, area: &Path) -> Result<render::RenderArgs> {
         look: LookArgs { surface: Surface::Smooth, visibility: None, sun: None, shadows: None, detail: 1.0 },
         scene: SceneArgs::default(),
         finish: FinishArgs::default(),
+        film: FilmArgs { video, ..FilmArgs::default() },
         progress: Mode::Auto,
     })
 }

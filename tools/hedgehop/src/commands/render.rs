@@ -1,10 +1,13 @@
 //! `hedgehop render`: a flight path through a database, as frames, a stream or a film.
 
 mod conflicts;
+mod film_args;
+mod filming;
 mod flags;
 mod notes;
 mod replacing;
 
+pub use film_args::FilmArgs;
 pub use flags::RenderArgs;
 
 use std::io;
@@ -16,6 +19,7 @@ use serde_json::{Value, json};
 use crate::aov::{AovInputs, AovKind};
 use crate::area;
 use crate::bound_flight::{BoundFlight, FilmRequest};
+use crate::commands::render::filming::fly_film;
 use crate::commands::render::flags::WORKERS_PER_ENCODER;
 use crate::exit::{self, Outcome, STDOUT};
 use crate::finish::{self, Finishing};
@@ -31,9 +35,9 @@ use crate::traffic::Traffic;
 use crate::trust::{self, DamagedPage};
 use hedgehop::earth::Curvature;
 use hedgehop::encode::atomic::write_with;
-use hedgehop::encode::video::encode_video;
-use hedgehop::encode::{FrameSet, Target};
-use hedgehop::flight::Trajectory;
+use hedgehop::encode::video::{VideoSettings, encode_video};
+use hedgehop::encode::{FramePattern, FrameSet, Target};
+use hedgehop::flight::{FrameRate, Trajectory};
 use hedgehop::frame::hud::MiniMap;
 use hedgehop::memory::{PageFile, Paging, ResidentPages};
 use hedgehop::progress::Observer;
@@ -41,12 +45,12 @@ use hedgehop::render::{NumberedCamera, RenderOptions, Renderer};
 use hedgehop::scene::{Finish, Hud, Scene};
 use hedgehop::subimage::Farm;
 use hedgehop::voxel::{Header, PageSource};
-use hedgehop::{Result, Size};
+use hedgehop::{Error, Result, Size};
 
 /// Result of a flight.
 #[derive(Debug)]
 pub struct Done {
-    /// Files of the frames asked for, rising; the one file of a stream.
+    /// Files of the frames asked for, rising; the one file of a stream or of a film alone.
     pub files: Vec<PathBuf>,
     /// Size of each frame.
     size: Size,
@@ -79,7 +83,7 @@ pub fn run(args: &RenderArgs, interrupt: &Interrupt) -> Outcome {
     if let Some(note) = notes::coarser(&done.fineness, args.late, elsewhere) {
         reporter.note(&note);
     }
-    if args.output.is_standard_output() {
+    if args.output.as_ref().is_some_and(FramePattern::is_standard_output) {
         reporter.note(done.sentence().trim_end());
     } else {
         exit::print(&done.sentence())?;
@@ -128,6 +132,8 @@ struct FrameRequest {
     setup: Setup,
     /// Product of each frame.
     product: Product,
+    /// Film to be made, if one is.
+    film: Option<VideoSettings>,
 }
 
 impl FrameRequest {
@@ -135,11 +141,15 @@ impl FrameRequest {
     fn read(args: &RenderArgs, reporter: &Reporter) -> Result<Self> {
         let scene = args.scene.read(reporter)?;
         let (finish, hud) = (args.finish.finish(scene.as_ref())?, args.finish.hud(scene.as_ref()));
-        let setup = args.flight.screen.setup()?.behind_lens(finish.distortion)?;
+        let setup = args.film.sized(&args.flight.screen)?.setup()?.behind_lens(finish.distortion)?;
         conflicts::check_combination(args, scene.as_ref(), setup.size)?;
-        args.aov.check(args.output.target(), &setup)?;
-        let product = if args.output.target() == Target::Exr { Product::Frame } else { Product::Picture };
-        Ok(Self { scene, finish, hud, setup, product })
+        args.aov.check(args.target(), &setup)?;
+        let is_exr = args.target() == Some(Target::Exr);
+        let product = if is_exr { Product::Frame } else { Product::Picture };
+
+        let film = args.film.settings(args.fps)?;
+        film.iter().try_for_each(|film| conflicts::check_film(args, scene.as_ref(), film))?;
+        Ok(Self { scene, finish, hud, setup, product, film })
     }
 
     /// Returns what the flight's frames take of the memory.
@@ -195,6 +205,7 @@ pub fn fly(args: &RenderArgs, file: PageFile, reporter: &Reporter) -> Result<Don
         Late::Coarser => bind(args, &request, source.file(), reporter)?,
     };
     let BoundFlight { motion, playing, cameras, .. } = &flight;
+    request.film.iter().try_for_each(|film| film.check_length(cameras.len() as u64))?;
 
     let options = render_options(args, request.scene.as_ref(), source.header(), reporter)?;
     let mut renderer = Renderer::new(source, &options).with_isa(args.instructions.isa());
@@ -244,8 +255,8 @@ pub fn fly(args: &RenderArgs, file: PageFile, reporter: &Reporter) -> Result<Don
     if let Some(map) = &args.traffic {
         Traffic { header: source.header(), cameras, first_use: &source.first_use() }.write(map)?;
     }
-    if let Some(film) = &args.video {
-        encode_video(files.iter().cloned(), args.fps, film, reporter)?;
+    if let (Some(film), Some(_)) = (&request.film, &args.output) {
+        encode_video(files.iter().cloned(), film, reporter)?;
     }
 
     Ok(Done {
@@ -306,7 +317,7 @@ fn mini_map(
 
 /// Frames that were rendered and written.
 struct Delivered {
-    /// Files of the frames asked for, rising; the one file of a stream.
+    /// Files of the frames asked for, rising; the one file of a stream or of a film alone.
     files: Vec<PathBuf>,
     /// Number of frames rendered.
     rendered: usize,
@@ -314,7 +325,7 @@ struct Delivered {
     fineness: Fineness,
 }
 
-/// Renders the frames of `cameras` into files or a stream.
+/// Renders the frames of `cameras` into files, a stream, or a film alone.
 fn deliver(
     args: &RenderArgs,
     request: &FrameRequest,
@@ -323,13 +334,22 @@ fn deliver(
     cameras: &[NumberedCamera],
     reporter: &Reporter,
 ) -> Result<Delivered> {
-    let FrameRequest { scene, finish, hud, setup, product } = request;
+    let FrameRequest { scene, finish, hud, setup, product, film } = request;
     let scene = scene.as_ref();
-    if args.output.target() == Target::Y4m {
-        let files = vec![args.output.path(1)];
+    let output = match (&args.output, film) {
+        (Some(output), _) => output,
+        (None, Some(film)) => {
+            let (rendered, fineness) = fly_film(film, setup.size, sequence, cameras, reporter)?;
+            return Ok(Delivered { files: vec![film.out.clone()], rendered, fineness });
+        }
+        (None, None) => return Err(Error::Configuration("give -o for frames, or --video for a film".into())),
+    };
+
+    if output.target() == Target::Y4m {
+        let files = vec![output.path(1)];
         conflicts::check_frames(args, scene, &files)?;
         let stream = Sequence { encoders: 1, ..*sequence };
-        let (rendered, fineness) = fly_stream(args, setup.size, &stream, cameras, reporter)?;
+        let (rendered, fineness) = fly_stream(output, args.fps, setup.size, &stream, cameras, reporter)?;
         return Ok(Delivered { files, rendered, fineness });
     }
 
@@ -343,7 +363,7 @@ fn deliver(
         settings,
     };
 
-    let files = Files::new(origin, &args.output);
+    let files = Files::new(origin, output);
     let paths: Vec<_> = cameras.iter().map(|frame| files.path(frame.number)).collect();
     conflicts::check_frames(args, scene, &paths)?;
     let is_listed = replacing::check(args, &files, cameras, reporter)?;
@@ -410,23 +430,24 @@ fn fly_files(
 
 /// Renders frames into one stream. Returns how many were rendered, and how finely.
 fn fly_stream(
-    args: &RenderArgs,
+    output: &FramePattern,
+    fps: FrameRate,
     size: Size,
     sequence: &Sequence<'_>,
     cameras: &[NumberedCamera],
     reporter: &Reporter,
 ) -> Result<(usize, Fineness)> {
-    if args.output.is_standard_output() {
-        let stream = Stream::new(Stdout, Path::new(STDOUT), size, args.fps)?;
+    if output.is_standard_output() {
+        let stream = Stream::new(Stdout, Path::new(STDOUT), size, fps)?;
         let flown = sequence.fly(cameras, &|shot| stream.write(shot), reporter);
         let summed = flown.summed();
         return flown.end.map(|()| summed);
     }
 
-    let file = args.output.path(1);
+    let file = output.path(1);
     let mut outcome = Ok((0, Fineness::default()));
     let written = write_with(&file, |target| {
-        outcome = Stream::new(target, &file, size, args.fps).and_then(|stream| {
+        outcome = Stream::new(target, &file, size, fps).and_then(|stream| {
             let flown = sequence.fly(cameras, &|shot| stream.write(shot), reporter);
             let summed = flown.summed();
             flown.end.map(|()| summed)

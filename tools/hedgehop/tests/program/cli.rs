@@ -490,6 +490,27 @@ mod unix {
     }
 
     #[test]
+    fn ctrl_c_leaves_the_film_that_was_there() {
+        let site = Site::built();
+        fs::write(site.path("film.avi"), b"earlier film").unwrap();
+        let args =
+            [&render_args()[..], &["--fps", "2000", "--size", "320x180", "--video", "film.avi"]].concat();
+        let child = site.spawn(&args, Stdio::null());
+        let files = || fs::read_dir(site.path(".")).unwrap().flatten().map(|entry| entry.path());
+        let is_begun = |file: PathBuf| {
+            let name = file.to_string_lossy().into_owned();
+            name.contains("film.avi.") && fs::metadata(file).is_ok_and(|file| file.len() > 50_000)
+        };
+        wait_until("a frame", || files().any(is_begun));
+        signal(&child, "INT");
+        let output = finish(child);
+        assert_code(&output, 130);
+        assert!(complaint(&output).contains("film.avi was not written"), "{}", stderr(&output));
+        assert_eq!(fs::read(site.path("film.avi")).unwrap(), b"earlier film");
+        assert!(!files().any(|file| file.to_string_lossy().contains(".part")));
+    }
+
+    #[test]
     fn ctrl_c_leaves_whole_frames() {
         let site = Site::built();
         let args = [&render_args()[..], &["--fps", "2000", "--size", "320x180", "-o", "f/####.png"]].concat();

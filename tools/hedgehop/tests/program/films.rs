@@ -7,7 +7,7 @@ use tempfile::TempDir;
 use crate::common::{ends, run};
 
 /// Level ground, and a flight over it: from two in the afternoon on, for 100 s, at 12 m/s to the north, which climbs by half as much.
-fn site() -> TempDir {
+pub fn site() -> TempDir {
     let folder = TempDir::new().expect("a temporary folder");
     let rows = vec![vec!["50"; 160].join(" "); 160].join("\n");
     let head = "ncols 160\nnrows 160\nxllcorner 0\nyllcorner 0\ncellsize 10";

@@ -18,3 +18,4 @@ mod scenes;
 mod screens;
 mod shadow_heights;
 mod sheets;
+mod videos;

@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 use super::flags::RenderArgs;
 use crate::args::check_no_input;
 use crate::{scene, traffic};
-use hedgehop::encode::video::check_video;
-use hedgehop::encode::{Target, sidecar};
+use hedgehop::encode::atomic::check_writable;
+use hedgehop::encode::video::{VideoSettings, check_video};
+use hedgehop::encode::{FramePattern, Target, sidecar};
 use hedgehop::scene::Scene;
 use hedgehop::{Error, Result, Size};
 
@@ -21,10 +22,11 @@ pub fn check_frames(args: &RenderArgs, scene: Option<&Scene>, frames: &[PathBuf]
 
 /// Refuses before the first frame what would fail, or destroy an input, after the last one.
 pub fn check_combination(args: &RenderArgs, scene: Option<&Scene>, size: Size) -> Result<()> {
-    let is_stream = args.output.target() == Target::Y4m;
+    let is_stream = args.target() == Some(Target::Y4m);
     let mut inputs: Vec<&Path> = args.flight.path.as_deref().into_iter().collect();
     inputs.extend(scene::inputs(scene));
-    if let (Some(_), Some(folder), false) = (&args.flight.path, args.output.folder(), is_stream) {
+    let folder = args.output.as_ref().and_then(FramePattern::folder);
+    if let (Some(_), Some(folder), false) = (&args.flight.path, folder, is_stream) {
         for name in [sidecar::POSES, sidecar::MANIFEST] {
             check_no_input("-o", &folder.join(name), &inputs)?;
         }
@@ -42,14 +44,40 @@ pub fn check_combination(args: &RenderArgs, scene: Option<&Scene>, size: Size) -
         ));
     }
 
-    match &args.video {
+    match &args.film.video {
         Some(_) if is_stream => Err(Error::Configuration(
-            "--video is made from frames in files; write them with -o frames/####.png".into(),
+            "--video is made without y4m: leave out -o, or write frames to make it of with -o frames/####.png"
+                .into(),
         )),
         Some(_) if size.width.min(size.height) < 2 => Err(Error::Configuration(
             "--video has pictures of even sizes, 2x2 pixels at least; ask for a larger --size".into(),
         )),
-        Some(film) => check_video(film),
-        None => Ok(()),
+        _ => Ok(()),
     }
+}
+
+/// Refuses a film that cannot be made, or would destroy an input.
+pub fn check_film(args: &RenderArgs, scene: Option<&Scene>, film: &VideoSettings) -> Result<()> {
+    if args.output.is_none() && args.skip_existing {
+        return Err(Error::Configuration(
+            "--skip-existing needs frames in files, such as -o frames/####.png; a film alone is always made whole"
+                .into(),
+        ));
+    }
+    if args.output.is_none() && args.overwrite {
+        return Err(Error::Configuration(
+            "--overwrite is of frames in files, such as -o frames/####.png; a film alone replaces what was there"
+                .into(),
+        ));
+    }
+
+    let mut inputs: Vec<&Path> = vec![&args.area];
+    inputs.extend(args.flight.path.as_deref());
+    inputs.extend(args.flight.screen.table());
+    inputs.extend(args.film.audio.as_deref());
+    inputs.extend(args.film.chapters.as_deref());
+    inputs.extend(scene::inputs(scene));
+    check_no_input("--video", &film.out, &inputs)?;
+    check_video(film)?;
+    check_writable(&film.out)
 }

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use super::film_args::{FilmArgs, PRESET_RATES};
 use crate::aov::AovArgs;
 use crate::args::{Instructions, Overlap, Workers};
 use crate::exit;
@@ -11,7 +12,7 @@ use crate::progress::Mode;
 use crate::scene::SceneArgs;
 use crate::trust::TrustArgs;
 use crate::view::{FlightArgs, LookArgs};
-use hedgehop::encode::{FramePattern, FrameSet};
+use hedgehop::encode::{FramePattern, FrameSet, Target};
 use hedgehop::flight::FrameRate;
 
 /// Render a flight path, or a single picture.
@@ -25,12 +26,12 @@ pub struct RenderArgs {
     #[arg(value_name = "AREA.hop")]
     pub area: PathBuf,
 
-    /// Output of frames: frames/####.png, frames/%04d.exr, film.y4m, or - for y4m on standard output
-    #[arg(short, long, value_name = "PATTERN", value_parser = FramePattern::parse)]
-    pub output: FramePattern,
+    /// Output of frames: frames/####.png, frames/%04d.exr, film.y4m, or - for y4m on standard output; with --video they need none
+    #[arg(short, long, value_name = "PATTERN", value_parser = FramePattern::parse, required_unless_present = "video")]
+    pub output: Option<FramePattern>,
 
     /// Frames per second: 30, 29.97, 24000/1001
-    #[arg(long, value_name = "RATE", default_value = "30")]
+    #[arg(long, value_name = "RATE", default_value = "30", default_value_ifs = PRESET_RATES)]
     pub fps: FrameRate,
 
     /// Frames to render: 1-10,20,30-40:2 [default: all]
@@ -44,10 +45,6 @@ pub struct RenderArgs {
     /// Let frames take the place of those of another render; a folder that holds such frames is refused otherwise
     #[arg(long)]
     pub overwrite: bool,
-
-    /// Make a film of the frames through an installed ffmpeg
-    #[arg(long, value_name = "FILM.mp4")]
-    pub video: Option<PathBuf>,
 
     #[command(flatten)]
     pub workers: Workers,
@@ -93,13 +90,24 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub finish: FinishArgs,
 
+    #[command(flatten)]
+    pub film: FilmArgs,
+
     /// Form of progress on standard error
     #[arg(long, value_enum, value_name = "MODE", default_value = "auto")]
     pub progress: Mode,
 }
 
+impl RenderArgs {
+    /// Returns what kind of file frames become, unless they go into the film alone.
+    pub fn target(&self) -> Option<Target> {
+        self.output.as_ref().map(FramePattern::target)
+    }
+}
+
 const EXAMPLE: &str = "\
 Examples:
+  hedgehop render area.hop --path track.gpx --film 1080p --video film.mp4
   hedgehop render area.hop --path track.gpx -o frames/####.png --video film.mp4
   hedgehop render area.hop --path track.csv --frames 100-200 --skip-existing -o frames/%04d.exr
   hedgehop render area.hop --eye 500120,4180300,850 --ypr 90,-10,0 -o view.png

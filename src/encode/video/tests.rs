@@ -1,13 +1,21 @@
 //! Tests of the video pipe. Those that need ffmpeg say so and pass without it.
 
+use std::io::Write;
+use std::process::Command;
 use std::sync::Mutex;
 
-use super::super::{FrameInfo, testing, write_frame};
 use super::*;
+use crate::encode::{FrameInfo, testing, write_frame};
+use crate::flight::FrameRate;
+use ffmpeg::TAGS;
 use hedgehop_base::progress::Silent;
 
 fn rate() -> FrameRate {
     "24000/1001".parse().unwrap()
+}
+
+fn film(out: &Path) -> VideoSettings {
+    VideoSettings::new(out.to_owned(), rate())
 }
 
 /// Eight frames, of which `extension` decides the format.
@@ -23,7 +31,7 @@ fn frames(folder: &Path, extension: &str, size: (u32, u32)) -> Vec<PathBuf> {
 }
 
 fn ffmpeg_is_there() -> bool {
-    let there = check_video(Path::new("a.mp4")).is_ok();
+    let there = check_video(&film(Path::new("a.mp4"))).is_ok();
     if !there {
         writeln!(std::io::stderr(), "skipped: no ffmpeg with an H.264 or MPEG-4 encoder").unwrap();
     }
@@ -58,7 +66,7 @@ fn frames_become_a_video_with_exact_rate_and_tags() {
     let (folder, out) = testing::place("a b:c.mp4");
     for (extension, size) in [("png", (64, 48)), ("exr", (65, 49))] {
         let notes = Notes::default();
-        encode_video(frames(folder.path(), extension, size).into_iter(), rate(), &out, &notes).unwrap();
+        encode_video(frames(folder.path(), extension, size).into_iter(), &film(&out), &notes).unwrap();
         let (words, first) = probe(&out);
         assert!(words.contains("23.98 fps"), "{words}");
         assert!(words.contains("64x48"), "{words}");
@@ -85,7 +93,7 @@ fn without_ffmpeg_the_remedy_is_named() {
     let (folder, out) = testing::place("out.mp4");
     let paths = frames(folder.path(), "png", (8, 6));
     let error =
-        encode_with(OsStr::new("no-such-ffmpeg"), paths.into_iter(), rate(), &out, &Silent).unwrap_err();
+        encode_with(OsStr::new("no-such-ffmpeg"), paths.into_iter(), &film(&out), &Silent).unwrap_err();
     assert!(matches!(error, Error::Unsupported { .. }));
     let message = error.to_string();
     assert!(message.contains("apt-get install ffmpeg") && message.contains("-o -"), "{message}");
@@ -94,17 +102,18 @@ fn without_ffmpeg_the_remedy_is_named() {
 
 #[test]
 fn containers_that_are_not_known_are_refused_before_anything_is_rendered() {
-    let message = check_video(Path::new("out.gif")).unwrap_err().to_string();
+    let message = check_video(&film(Path::new("out.gif"))).unwrap_err().to_string();
     assert!(message.starts_with("--video out.gif") && message.contains(".mp4"), "{message}");
 }
 
-/// Stands in for ffmpeg: lists an encoder, then fails as `script` says.
+/// Stands in for ffmpeg: lists encoders, then does what `script` says.
 #[cfg(unix)]
 fn stand_in(folder: &Path, script: &str) -> PathBuf {
     use std::os::unix::fs::PermissionsExt;
     let path = folder.join("ffmpeg.sh");
-    let text =
-        format!("#!/bin/sh\ncase \"$*\" in *-encoders*) echo ' V....D libx264 x'; exit 0;; esac\n{script}\n");
+    let text = format!(
+        "#!/bin/sh\ncase \"$*\" in *-encoders*) echo ' V....D libx264 x'; echo ' A....D aac x'; exit 0;; esac\n{script}\n"
+    );
     let written = folder.join("ffmpeg.txt");
     std::fs::write(&written, text).unwrap();
     // Another process copies it: a file that any child of ours may have inherited open for writing does not run.
@@ -119,7 +128,7 @@ fn colours_are_tagged_for_old_and_new_ffmpeg() {
     let (folder, out) = testing::place("out.mp4");
     let paths = frames(folder.path(), "png", (8, 6));
     let program = stand_in(folder.path(), "printf '%s\\n' \"$@\" > \"$0.asked\"; cat > /dev/null");
-    encode_with(program.as_os_str(), paths.into_iter(), rate(), &out, &Silent).unwrap();
+    encode_with(program.as_os_str(), paths.into_iter(), &film(&out), &Silent).unwrap();
     let asked = std::fs::read_to_string(folder.path().join("ffmpeg.sh.asked")).unwrap();
     let asked: Vec<&str> = asked.lines().collect();
     for pair in TAGS.chunks(2) {
@@ -136,6 +145,89 @@ fn colours_are_tagged_for_old_and_new_ffmpeg() {
 
 #[cfg(unix)]
 #[test]
+fn use_sound_and_chapters_decide_what_ffmpeg_is_asked_for() {
+    let (folder, out) = testing::place("out.mp4");
+    let program = stand_in(folder.path(), "printf '%s\\n' \"$@\" > \"$0.asked\"; cat > /dev/null");
+    let asked = |settings: &VideoSettings| {
+        let paths = frames(folder.path(), "png", (8, 6)).into_iter();
+        encode_with(program.as_os_str(), paths, settings, &Silent).unwrap();
+        std::fs::read_to_string(folder.path().join("ffmpeg.sh.asked")).unwrap().replace('\n', " ")
+    };
+
+    let plain = asked(&film(&out));
+    assert!(plain.contains(" -i - -an -vf ") && plain.contains("-preset medium -crf 18"), "{plain}");
+    let draft = asked(&VideoSettings { quality: VideoQuality::Draft, ..film(&out) });
+    assert!(draft.contains("-preset veryfast"), "{draft}");
+
+    let chapters = vec![Chapter { begin: 0.0, title: "Start".to_owned() }];
+    let seconds = Some(60.0);
+    let sound = Some(SoundTrack { file: "a.wav".into(), seconds });
+    let both = asked(&VideoSettings { sound: sound.clone(), chapters: chapters.clone(), ..film(&out) });
+    for part in [
+        "-i - -t 0.333667 -i file:a.wav -f ffmetadata -i file:",
+        "-map 0:v:0 -map_metadata:g -1 -map_chapters 2 -map 1:a:0 -c:a aac -b:a 192k -af afade=t=out:st=0.166833:d=0.166833 -vf",
+    ] {
+        assert!(both.contains(part), "{both}");
+    }
+    let heard = asked(&VideoSettings { sound, ..film(&out) });
+    assert!(heard.contains("-map_chapters -1 -map 1:a:0"), "{heard}");
+    let divided = asked(&VideoSettings { chapters: chapters.clone(), ..film(&out) });
+    assert!(divided.contains("-map_chapters 1 -an"), "{divided}");
+
+    // Containers that cannot hold it.
+    for (name, settings) in [
+        ("out.avi", VideoSettings { chapters, ..film(Path::new("out.avi")) }),
+        ("out.webm", VideoSettings { quality: VideoQuality::Mezzanine, ..film(Path::new("out.webm")) }),
+    ] {
+        let message = check_with(program.as_os_str(), &settings).unwrap_err().to_string();
+        assert!(message.contains(name) && message.contains(".mov"), "{message}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn pictures_reach_ffmpeg_as_they_come_and_in_order() {
+    let (folder, out) = testing::place("out.mp4");
+    let program = stand_in(folder.path(), "cat > \"$0.got\"");
+    let pictures: Vec<_> =
+        frames(folder.path(), "png", (8, 6)).iter().map(|path| read_picture(path).unwrap()).collect();
+    let footage = Footage { size: Size { width: 8, height: 6 }, frame_count: 2 };
+    let start = || VideoWriter::start_with(program.as_os_str(), &film(&out), footage, &Silent).unwrap();
+
+    let mut writer = start();
+    let inverted = Picture { rgb: pictures[0].rgb.iter().map(|code| !code).collect(), ..pictures[0].clone() };
+    for picture in [&pictures[0], &inverted] {
+        writer.push(picture, &out).unwrap();
+    }
+    writer.finish().unwrap();
+    let got = std::fs::read(folder.path().join("ffmpeg.sh.got")).unwrap();
+    assert_eq!(got, [&pictures[0].rgb[..], &inverted.rgb].concat());
+
+    // One that is given up leaves what was there.
+    std::fs::write(&out, b"earlier video").unwrap();
+    let mut writer = start();
+    writer.push(&pictures[0], &out).unwrap();
+    drop(writer);
+    assert_eq!(std::fs::read(&out).unwrap(), b"earlier video");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_film_that_failed_is_never_finished() {
+    let (folder, out) = testing::place("out.mp4");
+    std::fs::write(&out, b"earlier video").unwrap();
+    let program = stand_in(folder.path(), "echo 'No space left on device' >&2; exit 1");
+    let footage = Footage { size: Size { width: 8, height: 6 }, frame_count: 9 };
+    let mut writer = VideoWriter::start_with(program.as_os_str(), &film(&out), footage, &Silent).unwrap();
+    let picture = Picture { width: 8, height: 6, rgb: vec![0; 144] };
+    let error = std::iter::repeat_with(|| writer.push(&picture, &out)).find_map(Result::err).unwrap();
+    assert!(error.to_string().contains("No space left on device"), "{error}");
+    assert!(writer.push(&picture, &out).is_err() && writer.finish().is_err());
+    assert_eq!(std::fs::read(&out).unwrap(), b"earlier video");
+}
+
+#[cfg(unix)]
+#[test]
 fn failures_of_ffmpeg_are_told_in_its_words() {
     let (folder, out) = testing::place("out.mp4");
     std::fs::write(&out, b"earlier video").unwrap();
@@ -146,7 +238,7 @@ fn failures_of_ffmpeg_are_told_in_its_words() {
     ] {
         let program = stand_in(folder.path(), script);
         let error =
-            encode_with(program.as_os_str(), paths.clone().into_iter(), rate(), &out, &Silent).unwrap_err();
+            encode_with(program.as_os_str(), paths.clone().into_iter(), &film(&out), &Silent).unwrap_err();
         let message = error.to_string();
         assert!(message.contains("No space left on device"), "{message}");
         assert_eq!(std::fs::read(&out).unwrap(), b"earlier video");
@@ -168,7 +260,7 @@ fn cancelling_ends_ffmpeg_and_leaves_nothing() {
     let paths = frames(folder.path(), "png", (8, 6));
     let program = stand_in(folder.path(), "exec sleep 60");
     let start = std::time::Instant::now();
-    let error = encode_with(program.as_os_str(), paths.into_iter(), rate(), &out, &Cancels).unwrap_err();
+    let error = encode_with(program.as_os_str(), paths.into_iter(), &film(&out), &Cancels).unwrap_err();
     assert!(matches!(error, Error::Interrupted(_)));
     assert!(start.elapsed().as_secs() < 30);
     assert!(!out.exists());
@@ -182,7 +274,7 @@ fn frames_must_be_whole_and_of_one_size() {
     let program = stand_in(folder.path(), "cat >/dev/null");
     let run = |paths: &[PathBuf]| {
         let paths = paths.iter().cloned();
-        encode_with(program.as_os_str(), paths, rate(), &out, &Silent).map_err(|error| error.to_string())
+        encode_with(program.as_os_str(), paths, &film(&out), &Silent).map_err(|error| error.to_string())
     };
     let odd = folder.path().join("odd.png");
     write_frame(&odd, &testing::frame(10, 6), &testing::info()).unwrap();
