@@ -35,7 +35,7 @@ pub struct Chapter {
 
 /// Line of a file, and where it stands.
 #[derive(Clone, Copy)]
-struct Line<'t> {
+struct TextLine<'t> {
     /// Number from 1 on.
     number: usize,
     /// Text without blanks around it.
@@ -66,7 +66,7 @@ pub fn read_chapters(path: &Path) -> Result<Vec<Chapter>> {
 
 fn parse(text: &str) -> Result<Vec<Chapter>, String> {
     let text = text.trim_start_matches('\u{feff}');
-    let lines = (1..).zip(text.lines()).map(|(number, text)| Line { number, text: text.trim() });
+    let lines = (1..).zip(text.lines()).map(|(number, text)| TextLine { number, text: text.trim() });
     let lines = lines.filter(|line| !line.text.is_empty() && !line.text.starts_with('#'));
     let chapters =
         if text.starts_with(FFMETADATA) { ffmpeg_chapters(lines)? } else { plain_chapters(lines)? };
@@ -85,8 +85,8 @@ fn parse(text: &str) -> Result<Vec<Chapter>, String> {
 }
 
 /// Lines of a time and a title, each with its number.
-fn plain_chapters<'t>(lines: impl Iterator<Item = Line<'t>>) -> Result<Vec<(usize, Chapter)>, String> {
-    let chapter = |Line { number, text }: Line<'t>| {
+fn plain_chapters<'t>(lines: impl Iterator<Item = TextLine<'t>>) -> Result<Vec<(usize, Chapter)>, String> {
+    let chapter = |TextLine { number, text }: TextLine<'t>| {
         let (time, title) = text.split_once(char::is_whitespace).unwrap_or((text, ""));
         let title = title.trim();
         match clock(time) {
@@ -103,11 +103,9 @@ fn plain_chapters<'t>(lines: impl Iterator<Item = Line<'t>>) -> Result<Vec<(usiz
 fn clock(text: &str) -> Option<f64> {
     let parts: Vec<&str> = text.split(':').collect();
     let (seconds, above) = parts.split_last()?;
-    let is_plain = |part: &&str| !part.is_empty() && part.bytes().all(|byte| byte.is_ascii_digit());
-    if above.len() > 2
-        || !above.iter().all(|part| is_plain(&part))
-        || !is_plain(&&*seconds.replacen('.', "", 1))
-    {
+    let is_plain = |part: &str| !part.is_empty() && part.bytes().all(|byte| byte.is_ascii_digit());
+    let is_time = above.iter().all(|part| is_plain(part)) && is_plain(&seconds.replacen('.', "", 1));
+    if above.len() > 2 || !is_time {
         return None;
     }
 
@@ -123,23 +121,23 @@ fn clock(text: &str) -> Option<f64> {
 }
 
 /// `[CHAPTER]` sections of ffmpeg's metadata, each with the number of its first line.
-fn ffmpeg_chapters<'t>(lines: impl Iterator<Item = Line<'t>>) -> Result<Vec<(usize, Chapter)>, String> {
+fn ffmpeg_chapters<'t>(lines: impl Iterator<Item = TextLine<'t>>) -> Result<Vec<(usize, Chapter)>, String> {
     /// Keys of a section, so far.
-    struct Section {
+    struct ChapterSection {
         number: usize,
         base: f64,
         start: Option<f64>,
         title: String,
     }
 
-    let mut sections: Vec<Section> = Vec::new();
+    let mut sections: Vec<ChapterSection> = Vec::new();
     let mut is_chapter = false;
-    for Line { number, text } in lines {
+    for TextLine { number, text } in lines {
         if text.starts_with('[') {
             is_chapter = text.eq_ignore_ascii_case("[CHAPTER]");
             if is_chapter {
                 // Without TIMEBASE ffmpeg counts nanoseconds.
-                sections.push(Section { number, base: 1.0e-9, start: None, title: String::new() });
+                sections.push(ChapterSection { number, base: 1.0e-9, start: None, title: String::new() });
             }
             continue;
         }
@@ -157,7 +155,7 @@ fn ffmpeg_chapters<'t>(lines: impl Iterator<Item = Line<'t>>) -> Result<Vec<(usi
         }
     }
 
-    let chapter = |Section { number, base, start, title }: Section| {
+    let chapter = |ChapterSection { number, base, start, title }: ChapterSection| {
         let start = start.ok_or_else(|| format!("line {number}: the chapter has no START"))?;
         Ok((number, Chapter { begin: start * base, title }))
     };

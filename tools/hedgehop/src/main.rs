@@ -82,7 +82,7 @@ enum Command {
     New(recipe::NewArgs),
     Recipe(recipe::RecipeArgs),
     Bake(bake::BakeArgs),
-    Render(render::RenderArgs),
+    Render(Box<render::RenderArgs>),
     Plan(plan::PlanArgs),
     Info(info::InfoArgs),
     Continuity(continuity::ContinuityArgs),
