@@ -8,13 +8,26 @@
 //! - *Vertically*: Fritsch and Butland 1984 (the weighted harmonic mean of the two slopes, 0 at an extremum). Between two
 //!   fixes the height then stays between theirs: a spline that overshoots would dip into the hill that the flight has
 //!   just cleared.
+//!
+//! A corner between coarse fixes is no sample of a curve: its tangent, which points to neither side, would make the path
+//! swing out by a share of intervals that last long. There the path follows the chords but for [`ROUNDING`] before and
+//! after the corner, which it swings out by 2/27 of the way flown in that time.
 
 use glam::{DVec2, DVec3};
 
+/// Cosine of the turn from which on a fix is a corner: 60°, of a circle of six fixes.
+const CORNER: f64 = 0.5;
+/// Intervals of coarse fixes, seconds, on both sides of a corner.
+const COARSE: f64 = 10.0;
+/// Seconds before and after a corner within which the path turns, less than half of [`COARSE`].
+const ROUNDING: f64 = 3.0;
+
 #[derive(Debug, Clone)]
 pub(super) struct Spline {
-    /// Seconds, increasing.
+    /// Times of the fixes, seconds, increasing.
     times: Vec<f64>,
+    /// Times of the ends of pieces: those of the fixes, and some more where corners are rounded.
+    knots: Vec<f64>,
     points: Vec<DVec3>,
     /// Metres per second.
     tangents: Vec<DVec3>,
@@ -29,6 +42,16 @@ struct Chord {
     slope: DVec3,
 }
 
+/// End of a piece.
+struct Knot {
+    /// Seconds.
+    time: f64,
+    /// Metres.
+    point: DVec3,
+    /// Metres per second.
+    tangent: DVec3,
+}
+
 impl Spline {
     /// `times` strictly increase and are as many as `points`; at least one.
     pub fn through(times: Vec<f64>, points: Vec<DVec3>) -> Self {
@@ -38,9 +61,58 @@ impl Spline {
         };
         let chords: Vec<Chord> = (1..points.len()).map(chord).collect();
         let tangents = (0..points.len()).map(|index| tangent(index, &chords)).collect();
-        Self { times, points, tangents }
+        let mut spline = Self { knots: times.clone(), times, points, tangents };
+        if (1..chords.len()).any(|index| is_corner(chords[index - 1], chords[index])) {
+            spline.round_corners(&chords);
+        }
+        spline
     }
 
+    /// Leads the path along its chords to corners, which it turns round in a few seconds. Heights stay as they are.
+    fn round_corners(&mut self, chords: &[Chord]) {
+        let mut rounded =
+            Self { knots: Vec::new(), points: Vec::new(), tangents: Vec::new(), ..self.clone() };
+        let is_corner =
+            |index: usize| (1..chords.len()).contains(&index) && is_corner(chords[index - 1], chords[index]);
+        let beside = |index: usize, chord: Chord, seconds: f64| {
+            let time = self.times[index] + seconds;
+            let place = self.points[index].truncate() + seconds * chord.slope.truncate();
+            let [height, climb] = [self.position(time).z, self.velocity(time).z];
+            Knot { time, point: place.extend(height), tangent: chord.slope.truncate().extend(climb) }
+        };
+
+        for (index, time) in self.times.iter().copied().enumerate() {
+            let mut knot = Knot { time, point: self.points[index], tangent: self.tangents[index] };
+            if is_corner(index) {
+                let (before, after) = (chords[index - 1], chords[index]);
+                let [from, to] = [before.slope.truncate(), after.slope.truncate()];
+                knot.tangent = bounded(0.5 * (from + to), from, to).extend(knot.tangent.z);
+                rounded.push(beside(index, before, -ROUNDING));
+                rounded.push(knot);
+                rounded.push(beside(index, after, ROUNDING));
+                continue;
+            }
+
+            // At an end there is no other neighbour than the corner, which tells nothing of the direction there.
+            let only = match index {
+                0 if is_corner(1) => chords.first(),
+                _ if index == chords.len() && is_corner(index - 1) => chords.last(),
+                _ => None,
+            };
+            knot.tangent = only.map_or(knot.tangent, |chord| chord.slope.truncate().extend(knot.tangent.z));
+            rounded.push(knot);
+        }
+
+        *self = rounded;
+    }
+
+    fn push(&mut self, knot: Knot) {
+        self.knots.push(knot.time);
+        self.points.push(knot.point);
+        self.tangents.push(knot.tangent);
+    }
+
+    /// Times of the fixes, seconds.
     pub fn times(&self) -> &[f64] {
         &self.times
     }
@@ -69,11 +141,17 @@ impl Spline {
 
     /// Piece, its length in seconds and the place in it (0…1); `None` if there is only one fix.
     fn locate(&self, seconds: f64) -> Option<(usize, f64, f64)> {
-        let last_piece = self.times.len().checked_sub(2)?;
-        let index = self.times.partition_point(|&time| time <= seconds).saturating_sub(1).min(last_piece);
-        let step = self.times[index + 1] - self.times[index];
-        Some((index, step, ((seconds - self.times[index]) / step).clamp(0.0, 1.0)))
+        let last_piece = self.knots.len().checked_sub(2)?;
+        let index = self.knots.partition_point(|&time| time <= seconds).saturating_sub(1).min(last_piece);
+        let step = self.knots[index + 1] - self.knots[index];
+        Some((index, step, ((seconds - self.knots[index]) / step).clamp(0.0, 1.0)))
     }
+}
+
+/// Returns whether the flight turns sharply at a fix between two chords that are coarse.
+fn is_corner(before: Chord, after: Chord) -> bool {
+    let [from, to] = [before.slope.truncate(), after.slope.truncate()];
+    before.step.min(after.step) >= COARSE && from.dot(to) < CORNER * from.length() * to.length()
 }
 
 fn tangent(index: usize, chords: &[Chord]) -> DVec3 {
@@ -187,6 +265,59 @@ mod tests {
         for t in [2.0, 10.0, 59.9] {
             assert_eq!(spline.position(t), stop);
         }
+    }
+
+    /// Legs of 300 m each way in 30 s, with fixes along them or none.
+    #[test]
+    fn corners_of_coarse_fixes_are_not_swung_out_of() {
+        for legs in [1, 2, 3] {
+            for turn in [70.0_f64, 90.0, 135.0, 180.0] {
+                let [sine, cosine] = [turn.to_radians().sin(), turn.to_radians().cos()];
+                let place = |leg: i32| {
+                    let way = 300.0 * f64::from(leg.abs());
+                    if leg < 0 {
+                        DVec3::new(-way, 0.0, 90.0)
+                    } else {
+                        DVec3::new(way * cosine, way * sine, 90.0)
+                    }
+                };
+                let spline: Vec<(f64, DVec3)> =
+                    (-legs..=legs).map(|leg| (30.0 * f64::from(leg + legs), place(leg))).collect();
+                let spline = curve(&spline);
+                for step in 0..=600 * legs {
+                    let at = spline.position(0.1 * f64::from(step));
+                    // How far right of the first leg, and of the line of the second.
+                    let out = [-at.y, at.x * sine - at.y * cosine];
+                    let most = if turn == 180.0 { 1e-9 } else { 2.3 };
+                    assert!(
+                        out.iter().all(|out| *out < most),
+                        "{out:?} m at step {step} of {turn}°, {legs} legs"
+                    );
+                }
+                let corner = 30.0 * f64::from(legs);
+                assert_eq!(spline.position(corner), DVec3::new(0.0, 0.0, 90.0));
+                assert_eq!(spline.times().len() as i32, 2 * legs + 1);
+                let before = spline.velocity(corner - 5.0);
+                assert!((before - DVec3::new(10.0, 0.0, 0.0)).length() < 1e-9, "{before}");
+            }
+        }
+    }
+
+    /// Circles and dense corners are curves, as before.
+    #[test]
+    fn turns_stay_curves() {
+        let circle = |count: u32, interval: f64| {
+            let at = |fix: u32| {
+                let angle = std::f64::consts::TAU * f64::from(fix) / f64::from(count);
+                (interval * f64::from(fix), DVec3::new(300.0 * angle.cos(), 300.0 * angle.sin(), 0.0))
+            };
+            curve(&(0..2 * count).map(at).collect::<Vec<_>>())
+        };
+        for (count, interval) in [(8, 15.0), (7, 30.0), (4, 5.0)] {
+            let spline = circle(count, interval);
+            assert_eq!(spline.knots.len(), spline.times.len());
+        }
+        assert!(circle(5, 10.0).knots.len() > 10);
     }
 
     #[test]
