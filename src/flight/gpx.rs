@@ -1,7 +1,7 @@
 //! GPX 1.0 and 1.1: the points of all tracks, in the file's order.
 //!
-//! <https://www.topografix.com/GPX/1/1/>. `ele` is metres above mean sea level. Routes and waypoints carry no times of
-//! flight and are not flown.
+//! <https://www.topografix.com/GPX/1/1/>. `ele` is metres above mean sea level, `hdop` tells how sure a point
+//! is. Routes and waypoints carry no times of flight and are not flown.
 
 use super::raw::{PathSource, RawFix, Reading};
 use super::timestamp::unix_seconds;
@@ -18,6 +18,8 @@ struct TrackPoint {
     latitude: f64,
     elevation: Option<f64>,
     time: Option<f64>,
+    /// Horizontal dilution of precision.
+    hdop: Option<f64>,
 }
 
 /// Points so far, and what was met on the way.
@@ -87,12 +89,19 @@ impl Points {
                     latitude: degrees("lat")?,
                     elevation: None,
                     time: None,
+                    hdop: None,
                 });
             }
             ("trkpt", XmlStep::Close(_)) => self.close(source)?,
             ("ele", XmlStep::Close(text)) => {
                 if let Some(point) = self.child(place) {
                     point.elevation = Some(number(source, place, text)?);
+                }
+            }
+            // What is no number tells nothing; the point is sound without it.
+            ("hdop", XmlStep::Close(text)) => {
+                if let Some(point) = self.child(place) {
+                    point.hdop = text.parse().ok().filter(|hdop: &f64| hdop.is_finite() && *hdop > 0.0);
                 }
             }
             ("time", XmlStep::Close(text)) => {
@@ -133,7 +142,9 @@ impl Points {
         };
         let mode = source.options.altitude_mode.unwrap_or(AltitudeMode::Msl);
         let horizontal = Horizontal::LonLat(point.longitude, point.latitude);
-        self.fixes.push(RawFix::positioned(point.line, time, horizontal, Altitude { metres, mode }));
+        let mut raw = RawFix::positioned(point.line, time, horizontal, Altitude { metres, mode });
+        raw.fix.accuracy = point.hdop;
+        self.fixes.push(raw);
         Ok(())
     }
 

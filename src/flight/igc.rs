@@ -1,7 +1,8 @@
 //! IGC flight recorder files: B records.
 //!
 //! FAI, *Technical Specification for IGC-approved Flight Recorders*, appendix A. Times are UTC of day; a step back of
-//! more than half a day is midnight. Fractions of seconds and of minutes (TDS, LAD, LOD) follow the I record.
+//! more than half a day is midnight. Fractions of seconds and of minutes (TDS, LAD, LOD) and the accuracy of fixes
+//! (FXA) follow the I record.
 //!
 //! Altitude is the GNSS one of the fixes that are valid (`A`); other fixes (`V`) are dropped, since pressure altitude
 //! differs from it by tens of metres and a mixture would jump. A file without any valid GNSS altitude is flown by
@@ -21,6 +22,7 @@ const PREAMBLE: usize = 400;
 /// Columns (byte ranges of a B record) of the digits that refine it.
 #[derive(Default)]
 struct Refinements {
+    accuracy: Option<std::ops::Range<usize>>,
     seconds: Option<std::ops::Range<usize>>,
     latitude: Option<std::ops::Range<usize>>,
     longitude: Option<std::ops::Range<usize>>,
@@ -33,6 +35,8 @@ struct Logged {
     horizontal: Horizontal,
     gnss: Option<f64>,
     pressure: f64,
+    /// Expected error, metres.
+    accuracy: Option<f64>,
 }
 
 /// A line looks like an IGC fix: `B`, six digits of time, seven of latitude, `N` or `S`.
@@ -64,7 +68,9 @@ pub(super) fn read(source: &PathSource<'_>, text: &str) -> Result<Reading> {
         .into_iter()
         .filter_map(|fix| {
             let metres = if by_gnss { fix.gnss? } else { fix.pressure };
-            Some(RawFix::positioned(fix.line, fix.time, fix.horizontal, Altitude { metres, mode }))
+            let mut raw = RawFix::positioned(fix.line, fix.time, fix.horizontal, Altitude { metres, mode });
+            raw.fix.accuracy = fix.accuracy;
+            Some(raw)
         })
         .collect();
 
@@ -100,7 +106,7 @@ fn log(source: &PathSource<'_>, text: &str, notes: &mut Vec<String>) -> Result<V
                 .at_line(number, "this B record is damaged; delete the line or download the file again"));
         };
 
-        let fraction = digits(line, refinements.seconds.as_ref()).unwrap_or(0.0);
+        let fraction = fraction(line, refinements.seconds.as_ref()).unwrap_or(0.0);
         let of_day = f64::from(record.timestamp.seconds_since_midnight()) + fraction;
         if let Some(previous) = logged.last()
             && of_day + days * DAY < previous.time - DAY / 2.0
@@ -114,6 +120,7 @@ fn log(source: &PathSource<'_>, text: &str, notes: &mut Vec<String>) -> Result<V
             horizontal: position(line, &record, &refinements),
             gnss: (record.fix_valid == FixValid::Valid).then(|| f64::from(record.gps_alt)),
             pressure: f64::from(record.pressure_alt),
+            accuracy: whole_number(line, refinements.accuracy.as_ref()).filter(|metres| *metres > 0.0),
         });
     }
 
@@ -123,7 +130,7 @@ fn log(source: &PathSource<'_>, text: &str, notes: &mut Vec<String>) -> Result<V
 /// Degrees, with the extra digits of the minutes that the I record declares.
 fn position(line: &str, record: &BRecord<'_>, refinements: &Refinements) -> Horizontal {
     let refine = |degrees: f64, columns: Option<&std::ops::Range<usize>>| {
-        let extra = digits(line, columns).unwrap_or(0.0) / 60_000.0;
+        let extra = fraction(line, columns).unwrap_or(0.0) / 60_000.0;
         if degrees.is_sign_negative() { degrees - extra } else { degrees + extra }
     };
     let latitude = refine(f64::from(record.pos.lat.0), refinements.latitude.as_ref());
@@ -142,6 +149,7 @@ fn refinements_of(line: &str) -> Refinements {
         }
         let columns = Some(usize::from(extension.start_byte) - 1..usize::from(extension.end_byte));
         match extension.mnemonic {
+            "FXA" => refinements.accuracy = columns,
             "TDS" => refinements.seconds = columns,
             "LAD" => refinements.latitude = columns,
             "LOD" => refinements.longitude = columns,
@@ -152,12 +160,18 @@ fn refinements_of(line: &str) -> Refinements {
 }
 
 /// Digits in `columns` as a fraction: `25` is 0.25.
-fn digits(line: &str, columns: Option<&std::ops::Range<usize>>) -> Option<f64> {
+fn fraction(line: &str, columns: Option<&std::ops::Range<usize>>) -> Option<f64> {
+    format!("0.{}", digits(line, columns)?).parse().ok()
+}
+
+/// Digits in `columns` as a whole number.
+fn whole_number(line: &str, columns: Option<&std::ops::Range<usize>>) -> Option<f64> {
+    digits(line, columns)?.parse().ok()
+}
+
+fn digits<'a>(line: &'a str, columns: Option<&std::ops::Range<usize>>) -> Option<&'a str> {
     let digits = line.get(columns?.clone())?;
-    if digits.is_empty() || !digits.bytes().all(|digit| digit.is_ascii_digit()) {
-        return None;
-    }
-    format!("0.{digits}").parse().ok()
+    (!digits.is_empty() && digits.bytes().all(|digit| digit.is_ascii_digit())).then_some(digits)
 }
 
 fn gnss_mode(source: &PathSource<'_>, text: &str, notes: &mut Vec<String>) -> AltitudeMode {

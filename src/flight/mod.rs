@@ -9,19 +9,23 @@
 mod aim;
 mod angles;
 mod assemble;
+mod banded;
 mod csv;
 mod extrapolation;
 mod eye_path;
+mod fit;
 mod gpx;
 mod ground;
 mod igc;
 mod kml;
 mod motion;
+mod noise;
 mod parts;
 mod rate;
 mod raw;
 mod read;
 mod rig;
+mod sampling;
 mod shot;
 mod smooth;
 mod spline;
@@ -43,6 +47,7 @@ pub use read::read_track;
 pub use rig::{FilmSite, Rig};
 #[doc(hidden)]
 pub use shot::{Chase, Ease, Keys, Look, Mount, Orbit, Shot, Zoom};
+pub use smooth::Smoothing;
 #[doc(hidden)]
 pub use timeline::{FlightSpan, FlightTime, Pace, Playback, Timeline};
 #[doc(hidden)]

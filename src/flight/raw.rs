@@ -28,7 +28,8 @@ pub(super) struct RawFix {
 impl RawFix {
     /// A fix that says where, when and how high, but nothing of attitude.
     pub fn positioned(line: u64, time: f64, horizontal: Horizontal, altitude: Altitude) -> Self {
-        let fix = Fix { time, horizontal, altitude, yaw: None, pitch: None, roll: None, hfov: None };
+        let (accuracy, [yaw, pitch, roll, hfov]) = (None, [None; 4]);
+        let fix = Fix { time, horizontal, altitude, accuracy, yaw, pitch, roll, hfov };
         Self { line, fix }
     }
 }

@@ -1,104 +1,125 @@
-//! Takes the jitter of a receiver out of recorded fixes.
-//!
-//! For each fix: a parabola in time, fitted by weighted least squares to the fixes within three σ (Gaussian weights;
-//! Savitzky and Golay 1964 for uneven times). A parabola keeps turns and accelerations; σ of one and a half fix intervals
-//! leaves of white noise about half. No fix moves by more than [`REACH`], so that a corner that was really flown stays.
+//! Smoothing of a track's positions: where it is done, and notes about it.
 
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 
-/// Farthest that a fix is moved, metres: what a receiver errs from one second to the next.
-const REACH: f64 = 3.0;
-/// Recordings with longer intervals, in seconds, are waypoints and stay as they are.
-const DENSE: f64 = 2.0;
-/// Standard deviation of the weights, in fix intervals.
-const SIGMA_INTERVALS: f64 = 1.5;
-/// Fewer fixes lie on a parabola anyway.
-const ENOUGH: usize = 4;
-/// On each side of a fix; evenly spaced, five lie within three σ.
-const MOST_NEIGHBOURS: usize = 32;
+use super::fit::{self, MOST_INTERVALS};
+use super::sampling::Sampling;
+use super::track::{AltitudeMode, Track};
+use hedgehop_base::error::{Error, Result};
 
-/// Median interval, seconds; `None` for a single fix.
-pub(super) fn median_interval(times: &[f64]) -> Option<f64> {
-    let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let middle = steps.len() / 2;
-    (!steps.is_empty()).then(|| *steps.select_nth_unstable_by(middle, f64::total_cmp).1)
+/// Swings that are taken out of the positions of a track.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Smoothing {
+    /// The noise of a receiver, as large as its fixes say: of dense recordings without full attitude.
+    #[default]
+    Noise,
+    /// All that swings faster than a period, seconds; nothing for 0.
+    Period(f64),
 }
 
-/// Smoothed positions, if the fixes are dense and enough; `interval` is their median interval, seconds.
-pub(super) fn smoothed(times: &[f64], points: &[DVec3], interval: f64) -> Option<Vec<DVec3>> {
-    if interval > DENSE || points.len() < ENOUGH {
-        return None;
-    }
-    let sigma = SIGMA_INTERVALS * interval;
-    Some((0..points.len()).map(|index| smoothed_fix(times, points, index, sigma)).collect())
+/// Takes noise, or fast swings, out of a track's positions.
+pub(super) struct Smoother {
+    sampling: Sampling,
+    smoothing: Smoothing,
+    /// Whether a receiver made the track.
+    is_recorded: bool,
+    /// Whether heights are above ground, and stay.
+    has_ground_heights: bool,
+    /// Noise that was found, horizontally and in heights: standard deviations along an axis, metres.
+    noise: [Option<f64>; 2],
 }
 
-fn smoothed_fix(times: &[f64], points: &[DVec3], index: usize, sigma: f64) -> DVec3 {
-    let (time, point) = (times[index], points[index]);
-    let first =
-        times.partition_point(|&other| other < time - 3.0 * sigma).max(index.saturating_sub(MOST_NEIGHBOURS));
-    let end = times.partition_point(|&other| other <= time + 3.0 * sigma).min(index + MOST_NEIGHBOURS);
-    if end - first < ENOUGH {
-        return point;
+impl Smoother {
+    /// A smoother of a track that has fixes.
+    ///
+    /// # Errors
+    /// [`Error::Configuration`] for a period that is none, or too long for the track.
+    pub fn new(track: &Track, smoothing: Smoothing, is_recorded: bool) -> Result<Self> {
+        let sampling = Sampling::new(&track.fixes);
+        let most = sampling.interval().map_or(f64::INFINITY, |interval| MOST_INTERVALS * interval);
+        if let Smoothing::Period(period) = smoothing
+            && !(period >= 0.0 && period <= most)
+        {
+            return Err(Error::Configuration(format!(
+                "--smooth {period} is no time from 0 to {most:.0} s, which {MOST_INTERVALS} fixes of {} take",
+                track.path.display()
+            )));
+        }
+        let has_ground_heights = track.fixes.iter().any(|fix| fix.altitude.mode == AltitudeMode::Agl);
+        Ok(Self { sampling, smoothing, is_recorded, has_ground_heights, noise: [None; 2] })
     }
 
-    // Normal equations of Σ w (c0 + c1 u + c2 u² − p)² with p relative to the fix itself.
-    let mut moments = [0.0; 5];
-    let mut sums = [DVec3::ZERO; 3];
-    for (&other, &position) in times[first..end].iter().zip(&points[first..end]) {
-        let u = (other - time) / sigma;
-        let mut power = (-0.5 * u * u).exp();
-        for (degree, moment) in moments.iter_mut().enumerate() {
-            *moment += power;
-            if let Some(sum) = sums.get_mut(degree) {
-                *sum += power * (position - point);
+    /// Median interval of the fixes, seconds; 0 for a single one.
+    pub fn interval(&self) -> f64 {
+        self.sampling.interval().unwrap_or(0.0)
+    }
+
+    /// Smooths the horizontal positions of all fixes, metres.
+    pub fn smooth_positions(&mut self, points: &mut [DVec3]) {
+        let mut axes = [0, 1].map(|axis| points.iter().map(|point| point[axis]).collect::<Vec<_>>());
+        self.noise[0] = self.smooth(&mut axes);
+        let [east, north] = axes;
+        for (point, (x, y)) in points.iter_mut().zip(east.into_iter().zip(north)) {
+            (point.x, point.y) = (x, y);
+        }
+    }
+
+    /// Smooths the heights of all fixes, metres, unless the file gives them above ground.
+    pub fn smooth_heights(&mut self, points: &mut [DVec3]) {
+        if self.has_ground_heights {
+            return;
+        }
+        let mut axes = [points.iter().map(|point| point.z).collect::<Vec<_>>()];
+        self.noise[1] = self.smooth(&mut axes);
+        let [heights] = axes;
+        points.iter_mut().zip(heights).for_each(|(point, height)| point.z = height);
+    }
+
+    fn smooth(&self, axes: &mut [Vec<f64>]) -> Option<f64> {
+        match self.smoothing {
+            Smoothing::Noise if self.is_recorded => fit::without_noise(&self.sampling, axes),
+            Smoothing::Period(period) if period > 0.0 => {
+                fit::slower_than(period, &self.sampling, axes);
+                None
             }
-            power *= u;
+            _ => None,
         }
     }
 
-    let [m0, m1, m2, m3, m4] = moments;
-    let normal = DMat3::from_cols_array(&[m0, m1, m2, m1, m2, m3, m2, m3, m4]);
-    let solve = normal.inverse().x_axis; // the matrix is symmetric: first column = first row
-    let shift = sums[0] * solve.x + sums[1] * solve.y + sums[2] * solve.z;
-
-    if shift.is_finite() { point + shift.clamp_length_max(REACH) } else { point }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_parabola_stays_and_noise_shrinks() {
-        let times: Vec<f64> = (0..60).map(|i| f64::from(i) + 0.1 * f64::from(i % 3)).collect();
-        let truth = |t: f64| DVec3::new(4e5 + 30.0 * t, 5e6 + 0.5 * t * t, 200.0 - 0.1 * t * t);
-        let exact: Vec<DVec3> = times.iter().map(|&t| truth(t)).collect();
-        for (before, after) in exact.iter().zip(smoothed(&times, &exact, 1.0).unwrap()) {
-            assert!((*before - after).length() < 1e-6);
+    /// Returns what there is to say of it, as a sentence each.
+    pub fn notes(&self) -> Vec<String> {
+        match self.smoothing {
+            Smoothing::Noise => self.found().into_iter().collect(),
+            Smoothing::Period(period) if period > 0.0 => self.undone(period),
+            Smoothing::Period(_) => Vec::new(),
         }
-        let noise = |i: usize| 2.0 * (((i * 7919) % 101) as f64 / 50.0 - 1.0);
-        let noisy: Vec<DVec3> = exact
-            .iter()
-            .enumerate()
-            .map(|(i, &p)| p + DVec3::new(noise(i), noise(i + 31), noise(i + 57)))
-            .collect();
-        let error = |points: &[DVec3]| {
-            points.iter().zip(&exact).map(|(a, b)| (*a - *b).length_squared()).sum::<f64>().sqrt()
+    }
+
+    fn found(&self) -> Option<String> {
+        let noise = match self.noise {
+            [Some(across), Some(up)] => format!("{across:.1} m across and {up:.1} m in height"),
+            [Some(across), None] => format!("{across:.1} m across"),
+            [None, Some(up)] => format!("{up:.1} m in height"),
+            [None, None] => return None,
         };
-        let (raw, fitted) = (error(&noisy), error(&smoothed(&times, &noisy, 1.0).unwrap()));
-        assert!(fitted < 0.75 * raw, "{fitted} of {raw}");
+        Some(format!(
+            "Positions smoothed: the receiver's noise is about {noise} (--smooth SECONDS decides, --smooth 0 leaves them)."
+        ))
     }
 
-    #[test]
-    fn waypoints_and_corners_stay() {
-        let far: Vec<f64> = (0..10).map(|i| 30.0 * f64::from(i)).collect();
-        assert!(smoothed(&far, &vec![DVec3::ZERO; 10], 30.0).is_none());
-        let times: Vec<f64> = (0..21).map(f64::from).collect();
-        let corner: Vec<DVec3> =
-            times.iter().map(|&t| DVec3::new(50.0 * t.min(10.0), 50.0 * (t - 10.0).max(0.0), 0.0)).collect();
-        for (before, after) in corner.iter().zip(smoothed(&times, &corner, 1.0).unwrap()) {
-            assert!((*before - after).length() <= REACH * (1.0 + 1e-12));
+    /// Says where a period that was asked for does nothing.
+    fn undone(&self, period: f64) -> Vec<String> {
+        let mut notes = Vec::new();
+        if self.sampling.len() < 4 {
+            notes.push("--smooth changes nothing: it needs four fixes at least.".into());
+        } else if let Some(interval) = self.sampling.interval().filter(|interval| period <= 2.0 * interval) {
+            notes.push(format!(
+                "--smooth {period} changes next to nothing: {interval:.1} s are between the fixes."
+            ));
         }
+        if self.has_ground_heights {
+            notes.push("--smooth leaves the heights, which are above ground.".into());
+        }
+        notes
     }
 }

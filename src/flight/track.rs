@@ -40,6 +40,9 @@ pub struct Fix {
     pub horizontal: Horizontal,
     /// Altitude and its level.
     pub altitude: Altitude,
+    /// Error of the position that the receiver expects, above 0, if the file gives it: metres, or a dilution of precision.
+    /// Only its ratio to that of other fixes counts.
+    pub accuracy: Option<f64>,
     /// Clockwise from true north, degrees, if the file gives it.
     pub yaw: Option<f64>,
     /// Nose up, degrees, if given.

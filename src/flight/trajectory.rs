@@ -2,25 +2,26 @@
 //!
 //! ```text
 //! fixes ──▶ positions in the CRS, heights above the datum       (AGL: ground below; ellipsoid: − EGM96 undulation)
-//!       ──▶ smoothed lightly, if a receiver recorded them       (smooth.rs)
+//!       ──▶ without noise, if a receiver recorded them          (smooth.rs, fit.rs)
 //!       ──▶ spline                                              (spline.rs)
 //!       ──▶ lifted over the ground, if asked                    (ground.rs)
 //! attitude: slerp of what the file gives (angles.rs); the rest from the smoothed motion (motion.rs)
 //! ```
 //!
-//! Which fixes are smoothed: those in longitude and latitude, at most two seconds apart at the median, of a file that does
-//! not give full attitude. Such a file comes from a receiver, whose jitter would shake the picture; files with attitude
+//! Which fixes are smoothed unasked: those in longitude and latitude, at most two seconds apart at the median, of a file that
+//! does not give full attitude. Such a file comes from a receiver, whose noise would shake the picture; files with attitude
 //! come from simulators and inertial systems, files in metres from programs, and theirs pass through every fix.
 
 use glam::{DVec2, DVec3};
 
 use super::angles::{Orientations, Samples};
+use super::ground;
 use super::motion::Motion;
 use super::raw::{CLOCK, COORDINATE_LIMIT};
+use super::smooth::{Smoother, Smoothing};
 use super::spline::Spline;
 use super::timeline::{FlightSpan, frames_within};
 use super::track::{AltitudeMode, Fix, Horizontal, Track};
-use super::{ground, smooth};
 use crate::space::{Attitude, Pose};
 use hedgehop_base::error::{Error, Result};
 use hedgehop_geo::{Crs, GridNorth, Transform, egm96_undulation};
@@ -35,12 +36,14 @@ pub struct BindOptions {
     /// Least height above ground, metres; where the path is lower it is raised, between fixes too. `None`: as the file
     /// says.
     pub clearance: Option<f64>,
+    /// Jitter that is taken out of the positions.
+    pub smoothing: Smoothing,
 }
 
 impl Default for BindOptions {
     /// Takes all that the file says, with a field of view of 60° where it says none.
     fn default() -> Self {
-        Self { level: false, hfov: 60.0, clearance: None }
+        Self { level: false, hfov: 60.0, clearance: None, smoothing: Smoothing::Noise }
     }
 }
 
@@ -88,22 +91,18 @@ impl Trajectory {
     ) -> Result<Self> {
         check(track, options)?;
         let times: Vec<f64> = track.fixes.iter().map(|fix| fix.time).collect();
-        let interval = smooth::median_interval(&times).unwrap_or(0.0);
         let mut notes = Vec::new();
         let placement = FixPlacement::new(track, crs)?;
         let mut points = placement.horizontal()?;
         let given = placement.given_angles(&points, &mut notes)?;
         let full = given.yaw.is_some() && given.pitch.is_some() && given.roll.is_some();
-        let recorded = !full && matches!(track.fixes[0].horizontal, Horizontal::LonLat(..));
-        if recorded {
-            smooth_recorded(&times, &mut points, interval, &mut notes);
-        }
+        let is_recorded = !full && matches!(track.fixes[0].horizontal, Horizontal::LonLat(..));
 
+        let mut smoother = Smoother::new(track, options.smoothing, is_recorded)?;
+        smoother.smooth_positions(&mut points);
         placement.heights(&mut points, ground)?;
-        let above_ground = |fix: &Fix| fix.altitude.mode == AltitudeMode::Agl;
-        if recorded && !track.fixes.iter().any(above_ground) {
-            smooth_heights(&times, &mut points, interval);
-        }
+        smoother.smooth_heights(&mut points);
+        notes.extend(smoother.notes());
 
         let mut spline = Spline::through(times.clone(), points);
         let mut raised = 0.0;
@@ -116,7 +115,7 @@ impl Trajectory {
             let at = |time| Attitude { yaw: yaw.at(time), pitch: pitch.at(time), roll: roll.at(time) };
             AttitudeSource::Given(Orientations::new(&times, at))
         } else {
-            let motion = Motion::along(&spline, &times, interval);
+            let motion = Motion::along(&spline, &times, smoother.interval());
             if given.yaw.is_none() && !motion.moves && times.len() > 1 {
                 return Err(Error::Configuration(format!(
                     "{}: the path never moves and gives no heading; add a yaw_deg column",
@@ -222,11 +221,12 @@ fn check(track: &Track, options: &BindOptions) -> Result<()> {
             && fix.time.is_finite()
             && angles.iter().flatten().all(|value| value.is_finite())
             && fix.hfov.is_none_or(|hfov| hfov > 0.0 && hfov < 180.0)
+            && fix.accuracy.is_none_or(|accuracy| accuracy > 0.0 && accuracy.is_finite())
     };
 
     if !track.fixes.iter().all(finite) {
         return fail(
-            "the track holds a number that is not finite or beyond 10⁹ m, or a field of view outside 0…180 degrees",
+            "the track holds a number that is not finite or beyond 10⁹ m, a field of view outside 0…180 degrees, or an accuracy that is not above 0",
         );
     }
     if track.fixes[0].time != 0.0 || track.fixes.windows(2).any(|pair| pair[1].time - pair[0].time < CLOCK) {
@@ -349,24 +349,6 @@ fn at(fix: &Fix) -> String {
             format!("at {:.3} s, longitude {longitude}, latitude {latitude}", fix.time)
         }
         Horizontal::Xy(x, y) => format!("at {:.3} s, x {x}, y {y}", fix.time),
-    }
-}
-
-fn smooth_recorded(times: &[f64], points: &mut Vec<DVec3>, interval: f64, notes: &mut Vec<String>) {
-    if let Some(smoothed) = smooth::smoothed(times, points, interval) {
-        *points = smoothed;
-        notes.push(
-            "Recorded positions were smoothed by at most 3 m, since the file gives no full attitude.".into(),
-        );
-    }
-}
-
-fn smooth_heights(times: &[f64], points: &mut [DVec3], interval: f64) {
-    let heights: Vec<DVec3> = points.iter().map(|point| DVec3::Z * point.z).collect();
-    if let Some(smoothed) = smooth::smoothed(times, &heights, interval) {
-        for (point, height) in points.iter_mut().zip(smoothed) {
-            point.z = height.z;
-        }
     }
 }
 

@@ -104,6 +104,7 @@ impl Place<'_> {
             time: 0.0,
             horizontal,
             altitude: Altitude { metres, mode: self.altitude.unwrap_or(Above::Agl).into() },
+            accuracy: None,
             yaw: Some(angle("yaw_deg", self.yaw, 360.0)?),
             pitch: Some(angle("pitch_deg", self.pitch, 90.0)?),
             roll: Some(angle("roll_deg", self.roll, 360.0)?),

@@ -77,6 +77,25 @@ fn gpx_takes_direct_children_only_and_skips_points_without_elevation() {
 }
 
 #[test]
+fn fixes_tell_how_sure_they_are() {
+    let gpx = |hdop: &str| {
+        let with = GPX.replace("<ele>502</ele>", &format!("<ele>502</ele><hdop>{hdop}</hdop>"));
+        parse("a.gpx", &with).unwrap().fixes[1].accuracy
+    };
+    assert_eq!(gpx("1.25"), Some(1.25));
+    for nothing in ["0", "-1", "NaN", "good", ""] {
+        assert_eq!(gpx(nothing), None, "{nothing}");
+    }
+
+    let igc = |fxa: &str| {
+        let with = IGC.replace("I023637LAD3838LOD", "I033637LAD3838LOD3941FXA");
+        let with = with.replace("0041000460123", &format!("0041000460123{fxa}"));
+        parse("a.igc", &with).unwrap().fixes.last().unwrap().accuracy
+    };
+    assert_eq!((igc("017"), igc("000"), igc("---"), igc("")), (Some(17.0), None, None, None));
+}
+
+#[test]
 fn gpx_errors_name_lines() {
     assert_error(
         "a.gpx",

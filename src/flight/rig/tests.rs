@@ -10,6 +10,7 @@ fn fix(time: f64, place: DVec3) -> Fix {
         time,
         horizontal: Horizontal::Xy(place.x, place.y),
         altitude: Altitude { metres: place.z, mode: AltitudeMode::Msl },
+        accuracy: None,
         yaw: None,
         pitch: None,
         roll: None,

@@ -6,13 +6,15 @@ use super::super::angles::short_way;
 use super::super::track::Altitude;
 use super::*;
 
-const OPTIONS: BindOptions = BindOptions { level: false, hfov: 60.0, clearance: None };
+const OPTIONS: BindOptions =
+    BindOptions { level: false, hfov: 60.0, clearance: None, smoothing: Smoothing::Noise };
 
 fn fix(time: f64, x: f64, y: f64, z: f64) -> Fix {
     Fix {
         time,
         horizontal: Horizontal::Xy(x, y),
         altitude: Altitude { metres: z, mode: AltitudeMode::Msl },
+        accuracy: None,
         yaw: None,
         pitch: None,
         roll: None,
@@ -287,6 +289,75 @@ fn what_does_not_fit_is_refused() {
     assert!(failure(vec![fix(0.0, f64::NAN, 0.0, 0.0)], &Crs::local(), &OPTIONS).contains("finite"));
 }
 
+/// A fix each second on Earth, with noise of 1.5 m along each axis, of a place in UTM 33 by its time.
+fn recorded(seconds: u32, seed: u64, place: impl Fn(f64) -> DVec3) -> Trajectory {
+    let utm = Crs::from_epsg(32633).unwrap();
+    let to_wgs84 = Transform::new(&utm, &Crs::wgs84()).unwrap();
+    let mut random = hedgehop_testing::Random(seed);
+    let mut noise = || {
+        let [length, turn] = [random.share(), random.share()];
+        1.5 * (-2.0 * (1.0 - length).ln().min(0.0)).sqrt() * (std::f64::consts::TAU * turn).cos()
+    };
+    let fixes = (0..=seconds).map(|second| {
+        let time = f64::from(second);
+        let at = place(time) + DVec3::new(noise(), noise(), noise());
+        let (longitude, latitude) = to_wgs84.apply(at.x, at.y).unwrap();
+        Fix { horizontal: Horizontal::LonLat(longitude, latitude), ..fix(time, 0.0, 0.0, at.z) }
+    });
+    Trajectory::bind(&track(fixes.collect()), &utm, &no_ground, &OPTIONS).unwrap()
+}
+
+/// A paraglider's glide: 10 m/s, and a metre of height lost a second.
+#[test]
+fn noise_turns_no_view_of_a_straight_glide() {
+    let flight = recorded(300, 7, |time| DVec3::new(5e5 + 8.0 * time, 5e6 + 6.0 * time, 1500.0 - time));
+    let (heading, pitch) = (8.0_f64.atan2(6.0).to_degrees(), (-0.1_f64).atan().to_degrees());
+    for step in 0..=3000 {
+        let attitude = flight.pose_at(0.1 * f64::from(step)).attitude;
+        let off = [short_way(attitude.yaw - heading), attitude.pitch - pitch];
+        assert!(off.iter().all(|off| off.abs() <= 0.3), "{off:?} at step {step}");
+    }
+    let said = |note: &String| note.contains("about 1.5 m across") && note.contains("--smooth 0");
+    assert!(flight.notes().iter().any(said), "{:?}", flight.notes());
+}
+
+#[test]
+fn noise_shrinks_no_turn() {
+    let middle = DVec2::new(5e5, 5e6);
+    let circle = |time: f64| (middle + 30.0 * DVec2::from_angle(-time / 3.0)).extend(900.0 + time);
+    let flight = recorded(300, 8, circle);
+    let radius = |step: u32| (flight.pose_at(0.1 * f64::from(step)).eye.truncate() - middle).length();
+    let mean = (0..=3000).map(radius).sum::<f64>() / 3001.0;
+    assert!((mean / 30.0 - 1.0).abs() < 0.02, "{mean} m");
+    let bank =
+        (100..2900).map(|step| flight.pose_at(0.1 * f64::from(step)).attitude.roll).sum::<f64>() / 2800.0;
+    let coordinated = (100.0_f64 / 30.0 / 9.806_65).atan().to_degrees();
+    assert!((bank / coordinated - 1.0).abs() < 0.05, "{bank}° for {coordinated}°");
+}
+
+#[test]
+fn any_path_is_smoothed_when_asked() {
+    let zigzag: Vec<Fix> =
+        (0..200).map(|k| fix(f64::from(k), 20.0 * f64::from(k), f64::from(k % 2), 300.0)).collect();
+    let flown = |fixes: &[Fix], smoothing| {
+        let options = BindOptions { smoothing, ..OPTIONS };
+        Trajectory::bind(&track(fixes.to_vec()), &Crs::local(), &no_ground, &options).unwrap()
+    };
+    let across = |smoothing| flown(&zigzag, smoothing).pose_at(100.0).eye.y;
+    assert_eq!((across(Smoothing::Noise), across(Smoothing::Period(0.0))), (0.0, 0.0));
+    assert!((across(Smoothing::Period(30.0)) - 0.5).abs() < 0.01);
+
+    for period in [-1.0, f64::NAN, 601.0] {
+        let options = BindOptions { smoothing: Smoothing::Period(period), ..OPTIONS };
+        let error = failure(zigzag.clone(), &Crs::local(), &options);
+        assert!(error.contains("--smooth") && error.contains("0 to 600 s"), "{error}");
+    }
+    let said = |fixes: &[Fix], part: &str| {
+        flown(fixes, Smoothing::Period(1.5)).notes().iter().any(|note| note.contains(part))
+    };
+    assert!(said(&zigzag, "next to nothing") && said(&zigzag[..3], "four fixes"));
+}
+
 #[test]
 fn a_real_flight_is_smooth_and_near_its_fixes() {
     let Some(root) = hedgehop_testing::realdata() else { return };
@@ -303,7 +374,7 @@ fn a_real_flight_is_smooth_and_near_its_fixes() {
         let Horizontal::LonLat(longitude, latitude) = fix.horizontal else { continue };
         let (x, y) = from_wgs84.apply(longitude, latitude).unwrap();
         let moved = flight.pose_at(fix.time).eye - DVec3::new(x, y, fix.altitude.metres);
-        assert!(moved.truncate().length() < 3.001 && moved.z.abs() < 3.001, "{moved} at {}", fix.time);
+        assert!(moved.truncate().length() < 3.0 && moved.z.abs() < 3.0, "{moved} at {}", fix.time);
     }
 
     let (mut steepest_turn, mut previous) = (0.0_f64, flight.pose_at(0.0).attitude);

@@ -176,6 +176,7 @@ pub fn single_fix(
         time: 0.0,
         horizontal,
         altitude,
+        accuracy: None,
         yaw: Some(yaw),
         pitch: Some(pitch),
         roll: Some(roll),

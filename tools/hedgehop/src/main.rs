@@ -38,6 +38,7 @@ mod scene;
 mod screen;
 mod sequence;
 mod sharpness;
+mod smoothing;
 mod speedup;
 mod tracks;
 mod traffic;

@@ -10,6 +10,7 @@ use crate::args::{self, AltitudeMode};
 use crate::camera::{CameraArgs, single_fix};
 use crate::playback::PlaybackArgs;
 use crate::screen::{ScreenArgs, Setup};
+use crate::smoothing::SmoothingArgs;
 use crate::tracks::TrackArgs;
 use crate::world::WorldArgs;
 use crate::{area, reference};
@@ -64,6 +65,9 @@ pub struct FlightArgs {
 
     #[command(flatten)]
     pub camera: CameraArgs,
+
+    #[command(flatten)]
+    pub smoothing: SmoothingArgs,
 
     #[command(flatten)]
     pub playback: PlaybackArgs,
@@ -191,7 +195,12 @@ impl FlightArgs {
         if !setup.takes_hfov_from_path() && track.fixes.iter().any(|fix| fix.hfov.is_some()) {
             observer.note("the path's fields of view are for planar screens; this one has its own");
         }
-        let options = BindOptions { level: self.level, hfov: setup.hfov, clearance: self.clearance };
+        let options = BindOptions {
+            level: self.level,
+            hfov: setup.hfov,
+            clearance: self.clearance,
+            smoothing: self.smoothing.smoothing(),
+        };
         let trajectory =
             over_ground(source, self.world, |crs, ground| Trajectory::bind(&track, crs, ground, &options))?;
         track.notes.iter().chain(trajectory.notes()).for_each(|note| observer.note(note));

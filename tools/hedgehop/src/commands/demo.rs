@@ -19,6 +19,7 @@ use crate::program::program;
 use crate::progress::{Mode, Reporter};
 use crate::scene::SceneArgs;
 use crate::screen::ScreenArgs;
+use crate::smoothing::SmoothingArgs;
 use crate::tracks::TrackArgs;
 use crate::trust::TrustArgs;
 use crate::view::{FlightArgs, LookArgs, Surface};
@@ -160,6 +161,7 @@ fn flight(folder: &Path, area: &Path) -> Result<render::RenderArgs> {
         level: false,
         tracks: TrackArgs::default(),
         camera: CameraArgs::default(),
+        smoothing: SmoothingArgs::default(),
         playback: PlaybackArgs::default(),
         clearance: None,
         allow_below_ground: false,

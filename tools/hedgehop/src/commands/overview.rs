@@ -13,6 +13,7 @@ use crate::interrupt::Interrupt;
 use crate::playback::PlaybackArgs;
 use crate::progress::{Mode, Reporter};
 use crate::screen::ScreenArgs;
+use crate::smoothing::SmoothingArgs;
 use crate::tracks::TrackArgs;
 use crate::view::FlightArgs;
 use crate::world::WorldArgs;
@@ -154,6 +155,7 @@ fn flight(args: &OverviewArgs, source: &PageFile, observer: &dyn Observer) -> Re
         level: false,
         tracks: args.tracks,
         camera: CameraArgs::default(),
+        smoothing: SmoothingArgs::default(),
         playback: PlaybackArgs::default(),
         clearance: None,
         allow_below_ground: false,

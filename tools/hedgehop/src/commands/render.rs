@@ -394,6 +394,7 @@ fn settings(args: &RenderArgs, scene: Option<&Scene>, setup: &Setup, options: &R
     });
 
     flight.camera.record(&mut settings);
+    flight.smoothing.record(&mut settings);
     flight.playback.record(&mut settings);
     args.trust.record(&mut settings);
     args.late.record(&mut settings);
