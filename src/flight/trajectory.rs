@@ -162,6 +162,16 @@ impl Trajectory {
         }
     }
 
+    /// Returns the place at `seconds` after the start, clamped to the trajectory: that of [`Self::pose_at`], sooner.
+    pub fn position_at(&self, seconds: f64) -> DVec3 {
+        self.spline.position(seconds)
+    }
+
+    /// Times of its fixes, and of places between them that keep it above the ground, seconds after the start, increasing.
+    pub fn times(&self) -> &[f64] {
+        self.spline.times()
+    }
+
     /// Returns how far the path was raised over the ground at most, metres.
     pub fn raised(&self) -> f64 {
         self.raised

@@ -25,9 +25,11 @@ mod pixel;
 mod pixel_light;
 mod plot;
 mod ray_coverage;
+mod ribbon;
 mod shadow;
 mod shape;
 mod sheet;
+mod stroke;
 mod view;
 
 pub use body::{Body, Form};
@@ -51,7 +53,11 @@ pub use pixel::BodyShare;
 #[doc(hidden)]
 pub use pixel_light::{BodyLight, PixelGround};
 #[doc(hidden)]
+pub use ribbon::{ChordNode, ColourRamp, Ribbon, RibbonLine, RibbonSample, Sight};
+#[doc(hidden)]
 pub use shadow::{Bounds, Caster, Casters, LitPatch};
 pub use shape::Shape;
+#[doc(hidden)]
+pub use stroke::{StrokeCover, StrokeEnd, StrokePiece, StrokeSquare, Strokes};
 #[doc(hidden)]
 pub use view::{BodyView, Hit, SQUARE, Square, Surroundings};

@@ -93,6 +93,14 @@ impl Canvas {
         }
     }
 
+    /// Returns the ranges of a frame, metres, `[height][width]`; `None`: it is a picture.
+    pub fn frame_ranges(&self) -> Option<&[f32]> {
+        match self {
+            Self::Frame(frame) => Some(&frame.range),
+            Self::Picture { .. } => None,
+        }
+    }
+
     /// Returns the frame and takes its matte away, if it has one.
     pub fn take_matte(&mut self) -> Option<(&mut Frame, Matte)> {
         match self {

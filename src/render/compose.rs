@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! camera ──▶ ground by scan planes, or by the reference ──▶ canvas
-//!                shadows of bodies ──▶ bodies ──▶ lights ──▶ plumes ──▶ clouds ──▶ precipitation
+//!                shadows of bodies ──▶ bodies ──▶ trails ──▶ lights ──▶ plumes ──▶ clouds ──▶ precipitation
 //! ```
 
 use std::time::Instant;
@@ -17,6 +17,7 @@ use super::plumes::PlumePass;
 use super::precipitation::PrecipitationPass;
 use super::renderer::Renderer;
 use super::shadows::{ShadowPass, Shadows};
+use super::trails::TrailPass;
 use super::{matte, planes, reference};
 use crate::frame::{Frame, Picture};
 use crate::objects::BodyView;
@@ -63,12 +64,13 @@ impl Renderer<'_> {
         wanted: Wanted,
         farm: &Farm,
     ) -> Result<(Canvas, Account)> {
-        let Overlays { bodies, lights, puffs } = overlays;
+        let Overlays { bodies, lights, puffs, trails } = overlays;
         self.options.check(camera)?;
 
         // Overlays are found first: the ground of a picture has ranges only where they ask for them.
         let view = BodyView::new(camera, bodies, self.options.curvature);
         let shadows = Shadows::of(self, camera, bodies);
+        let mut trails = TrailPass::find(self, camera, trails, farm)?;
         let lights = LightPass::find(self, camera, lights, bodies, farm)?;
         let bodies = BodyPass::find(self, shadows.as_ref(), &view, camera.height, farm)?;
         let plumes = PlumePass { renderer: self, camera, puffs };
@@ -81,12 +83,14 @@ impl Renderer<'_> {
         let whole = asks_all || shadows.is_some();
         let mut parts = if whole { Vec::new() } else { view.parts() };
         if !whole {
+            trails.mark(&mut parts);
             lights.mark(&mut parts);
         }
+        trails.has_ranges = asks_all || !lights.is_empty();
         let asked = AskedRanges {
-            any: whole || !bodies.is_empty() || !lights.is_empty(),
+            any: whole || !bodies.is_empty() || !trails.is_empty() || !lights.is_empty(),
             parts,
-            after_bodies: asks_all || !lights.is_empty(),
+            after_bodies: asks_all || !trails.is_empty() || !lights.is_empty(),
         };
 
         let Ground { mut canvas, mut account, own_ranges } = self.ground(camera, &asked, wanted, farm)?;
@@ -98,11 +102,22 @@ impl Renderer<'_> {
         {
             frame.aov.matte = Some(matte::of_ground(self, frame, farm)?);
         }
-        let passes: [&dyn Pass; 6] = [&shade, &bodies, &lights, &plumes, &clouds, &precipitation];
+        let surfaces: [&dyn Pass; 2] = [&shade, &bodies];
+        for pass in surfaces {
+            pass.draw(&mut canvas, farm)?;
+        }
+        let seen =
+            canvas.frame_ranges().filter(|_| trails.has_ranges && !trails.is_empty()).map(<[f32]>::to_vec);
+        let passes: [&dyn Pass; 5] = [&trails, &lights, &plumes, &clouds, &precipitation];
         for pass in passes {
             pass.draw(&mut canvas, farm)?;
         }
         account.times.image += begun.elapsed();
+
+        // A frame's ranges are those of surfaces.
+        if let (Canvas::Frame(frame), Some(seen)) = (&mut canvas, seen) {
+            frame.range = seen;
+        }
 
         if let (Canvas::Frame(frame), Some(own)) = (&mut canvas, own_ranges) {
             for ((range, level), own) in frame.range.iter_mut().zip(&frame.level).zip(own) {

@@ -10,6 +10,7 @@
 use glam::DVec3;
 
 use super::account::{Account, Rendered, StageTimes};
+use super::overlays::Overlays;
 use super::renderer::Renderer;
 use crate::frame::finish::{develop, gather, thin};
 use crate::frame::{Aov, Frame, Picture};
@@ -83,7 +84,9 @@ impl Renderer<'_> {
 
         let render = |moment: &Moment, describes: bool| {
             let camera = moment.camera.enlarged(side);
-            self.at(moment.seconds).seen_with(&camera, (&moment.scenery).into(), describes, farm)
+            let trails: Vec<_> = moment.scenery.trails.iter().map(|trail| trail.enlarged(side)).collect();
+            let overlays = Overlays { trails: &trails, ..(&moment.scenery).into() };
+            self.at(moment.seconds).seen_with(&camera, overlays, describes, farm)
         };
         let Rendered { frame, mut account } = render(&own, describes)?;
         if !finish.gathers() {

@@ -5,6 +5,7 @@ use std::ops::Range;
 use glam::{DVec2, DVec3, Vec3};
 
 use super::canvas::Canvas;
+use super::finder::Finder;
 use super::overlays::Pass;
 use super::reference;
 use super::renderer::Renderer;
@@ -388,61 +389,5 @@ impl Eye<'_, '_, '_> {
         let across = ray(0.5, 0.0)? - ray(-0.5, 0.0)?;
         let along = ray(0.0, 0.5)? - ray(0.0, -0.5)?;
         Some(across.cross(along).length().sqrt()).filter(|angle| *angle > 0.0)
-    }
-}
-
-/// Finds where a screen shows points of the world.
-struct Finder<'c> {
-    camera: &'c Camera,
-    /// Directions of every [`STRIDE`]th position of a table lens, which has no inverse.
-    samples: Vec<(DVec3, DVec2)>,
-}
-
-/// Pixels from one known position of a table to the next.
-const STRIDE: usize = 8;
-
-/// Steps of Newton's method from there to where a point is.
-const STEPS: usize = 4;
-
-impl<'c> Finder<'c> {
-    fn new(camera: &'c Camera) -> Self {
-        let mut samples = Vec::new();
-        if let Screen::Table(_) = camera.screen() {
-            for row in (0..=camera.height as usize).step_by(STRIDE) {
-                for column in (0..=camera.width as usize).step_by(STRIDE) {
-                    let at = DVec2::new(column as f64, row as f64);
-                    samples.extend(camera.ray(at.x, at.y).map(|ray| (ray.direction, at)));
-                }
-            }
-        }
-        Self { camera, samples }
-    }
-
-    /// Position of a world point, pixels; `None` where the screen does not show it.
-    fn position(&self, point: DVec3) -> Option<DVec2> {
-        let Screen::Table(_) = self.camera.screen() else { return self.camera.screen_from_world(point) };
-        let towards = (point - self.camera.pose.eye).normalize();
-        let nearest = self.samples.iter().max_by(|a, b| a.0.dot(towards).total_cmp(&b.0.dot(towards)));
-        let mut at = nearest?.1;
-        let ray = |at: DVec2| self.camera.ray(at.x, at.y).map(|ray| ray.direction);
-
-        for _ in 0..STEPS {
-            let here = ray(at)?;
-            let across = ray(at + DVec2::new(0.5, 0.0))? - ray(at - DVec2::new(0.5, 0.0))?;
-            let along = ray(at + DVec2::new(0.0, 0.5))? - ray(at - DVec2::new(0.0, 0.5))?;
-            // Least squares in the plane of both.
-            let (aa, ab, bb) = (across.length_squared(), across.dot(along), along.length_squared());
-            let (a, b) = (across.dot(towards - here), along.dot(towards - here));
-            let scale = aa * bb - ab * ab;
-            let step = DVec2::new(a * bb - b * ab, b * aa - a * ab) / scale;
-            let step = step.clamp(DVec2::splat(-(STRIDE as f64)), DVec2::splat(STRIDE as f64));
-            if !step.is_finite() {
-                return None;
-            }
-            at += step;
-        }
-
-        let off = ray(at)?.dot(towards);
-        (off > self.camera.pixel_angle().cos()).then_some(at)
     }
 }

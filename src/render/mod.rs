@@ -13,6 +13,7 @@ mod clouds;
 mod compose;
 mod engine;
 mod exposure;
+mod finder;
 mod lights;
 mod limits;
 mod matte;
@@ -31,6 +32,7 @@ mod shown_ground;
 mod spans;
 mod sunlit;
 mod surface;
+mod trails;
 mod unserved;
 
 pub use account::Rendered;

@@ -1,7 +1,7 @@
 //! Overlays: what a view shows besides the ground, and what one of them draws.
 
 use super::canvas::Canvas;
-use crate::objects::{Body, PointLight};
+use crate::objects::{Body, PointLight, Ribbon};
 use crate::scene::Scenery;
 use crate::subimage::Farm;
 use crate::weather::Puff;
@@ -16,6 +16,8 @@ pub struct Overlays<'t> {
     pub lights: &'t [PointLight],
     /// Smoke and dust.
     pub puffs: &'t [Puff],
+    /// Trails of what flew.
+    pub trails: &'t [Ribbon],
 }
 
 impl<'t> From<&'t [Body]> for Overlays<'t> {
@@ -32,7 +34,8 @@ impl<'t> From<&'t Vec<Body>> for Overlays<'t> {
 
 impl<'t> From<&'t Scenery> for Overlays<'t> {
     fn from(scenery: &'t Scenery) -> Self {
-        Self { bodies: &scenery.bodies, lights: &scenery.lights, puffs: &scenery.puffs }
+        let Scenery { bodies, lights, puffs, trails, .. } = scenery;
+        Self { bodies, lights, puffs, trails }
     }
 }
 

@@ -11,9 +11,10 @@ use super::light::LampCast;
 use super::onward::{Onward, Reach};
 use super::plume::PlumeCast;
 use super::slope::Slope;
+use super::trail_cast::{FlownWay, TrailCast};
 use super::{Beyond, Object, Part, Scene};
 use crate::flight::{AltitudeMode, BindOptions, Fix, Subject, Track, Trajectory};
-use crate::objects::{Body, Form, PointLight};
+use crate::objects::{Body, Form, PointLight, Ribbon};
 use crate::space::{Attitude, Pose};
 use crate::weather::Puff;
 use hedgehop_base::error::{Error, Result};
@@ -36,6 +37,7 @@ pub struct Cast {
     owners: Vec<usize>,
     lamps: LampCast,
     plumes: PlumeCast,
+    trails: TrailCast,
 }
 
 #[derive(Debug, Clone)]
@@ -81,7 +83,7 @@ impl Scene {
                     }
                     other => other.to_string(),
                 };
-                Error::invalid(&self.path, format!("line {}: object `{}`: {what}", object.line, object.name))
+                self.wrong(object.line, &format!("object `{}`: {what}", object.name))
             };
 
             let bind = |track: &Track| Trajectory::bind(track, crs, ground, &options).map_err(of_object);
@@ -119,13 +121,15 @@ impl Scene {
         let numbers: HashMap<&str, usize> = names.iter().map(String::as_str).zip(0..).collect();
         let actor = |name: &str| numbers.get(name).copied();
         let lamps = LampCast::bind(&self.path, &self.lights, crs, ground, actor)?;
-        let wrong = |line: usize, what: &str| Error::invalid(&self.path, format!("line {line}: {what}"));
+        let wrong = |line: usize, what: &str| self.wrong(line, what);
         let plumes = PlumeCast::bind(&self.plumes, crs, ground, wrong, actor)?;
+        let way = |name: &str| actors.get(*numbers.get(name)?).map(Actor::way);
+        let trails = TrailCast::bind(&self.trails, crs, ground, wrong, way)?;
         let owners = actors.iter().enumerate();
         let owners =
             owners.flat_map(|(actor, Actor { parts, .. })| parts.iter().map(move |_| actor)).collect();
 
-        Ok(Cast { actors, names, owners, lamps, plumes })
+        Ok(Cast { actors, names, owners, lamps, plumes, trails })
     }
 }
 
@@ -146,6 +150,8 @@ pub struct Scenery {
     pub lights: Vec<PointLight>,
     /// Smoke and dust.
     pub puffs: Vec<Puff>,
+    /// Trails as far as they are seen.
+    pub trails: Vec<Ribbon>,
 }
 
 impl Actor {
@@ -187,6 +193,15 @@ impl Actor {
     fn on_track(&self, seconds: f64) -> Pose {
         let pose = self.trajectory.pose_at(seconds);
         self.slope.as_ref().map_or(pose, |slope| slope.stand(pose, seconds))
+    }
+
+    /// Returns the way along its track.
+    fn way(&self) -> FlownWay<'_> {
+        let place: Box<dyn Fn(f64) -> DVec3> = match &self.slope {
+            Some(_) => Box::new(|seconds| self.on_track(seconds).eye),
+            None => Box::new(|seconds| self.trajectory.position_at(seconds)),
+        };
+        FlownWay { trajectory: &self.trajectory, place, start: self.start }
     }
 
     /// Builds its body, which has that id and is at `pose`.
@@ -305,7 +320,8 @@ impl Cast {
 
     fn scenery(&self, seconds: f64, is_seen: impl Fn(&Actor) -> bool) -> Scenery {
         let (bodies, parts) = self.bodies_and_parts(seconds, is_seen);
-        Scenery { bodies, parts, lights: self.lights_at(seconds), puffs: self.puffs_at(seconds) }
+        let (lights, puffs) = (self.lights_at(seconds), self.puffs_at(seconds));
+        Scenery { bodies, parts, lights, puffs, trails: self.trails.at(seconds) }
     }
 
     /// All puffs of smoke and dust, so many seconds after the flight's first fix.

@@ -8,7 +8,7 @@ use serde::Deserialize;
 use crate::flight::{Shot, Track};
 use crate::objects::Form;
 use crate::scene::joint::Joint;
-use crate::scene::{Finish, Hud, Light, Plume};
+use crate::scene::{Finish, Hud, Light, Plume, Trail};
 use crate::sunlight::{Night, Sky, SunSetting};
 use crate::weather::Weather;
 use hedgehop_base::error::{Error, Result};
@@ -31,9 +31,9 @@ impl Default for NightSky {
 }
 
 /// Contents of a scene file.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Scene {
-    /// The file.
+    /// The file; empty: none.
     pub path: PathBuf,
     /// Hexadecimal BLAKE3 of the file and of all files that it names.
     pub digest: String,
@@ -61,6 +61,8 @@ pub struct Scene {
     pub plumes: Vec<Plume>,
     /// Shots of a film along the flight, in their order.
     pub cameras: Vec<Shot>,
+    /// Trails, in the order of the file.
+    pub trails: Vec<Trail>,
 }
 
 /// Lines of a scene file, from 1 on, for what is wrong with a sun over some database; `None`: it says nothing.
@@ -149,6 +151,14 @@ impl Scene {
             object.parts.iter().map(move |part| format!("{}{}{}", object.name, BETWEEN, part.name))
         });
         self.objects.iter().map(|object| object.name.clone()).chain(parts)
+    }
+
+    /// Builds the error of something in a line of the file; 0: in none.
+    pub(super) fn wrong(&self, line: usize, what: &str) -> Error {
+        match line {
+            0 => Error::Configuration(what.to_owned()),
+            line => Error::invalid(&self.path, format!("line {line}: {what}")),
+        }
     }
 
     /// Finds where sun and stars of the scene stand over a place of `crs` (its metres or degrees), if it says so.

@@ -13,6 +13,7 @@ use super::object::object;
 use super::picture::{HudTable, PictureTable};
 use super::plume::{PlumeTable, plume};
 use super::sun::{NightTable, SunTable};
+use super::trail::{TrailTable, trail};
 use super::weather_tables::{
     AirTable, CloudsTable, FogTable, GroundTable, PrecipitationTable, WeatherTables,
 };
@@ -44,6 +45,8 @@ struct SceneTable {
     plume: Vec<Spanned<PlumeTable>>,
     #[serde(default)]
     camera: Vec<Spanned<CameraTable>>,
+    #[serde(default)]
+    trail: Vec<Spanned<TrailTable>>,
 }
 
 impl Scene {
@@ -82,6 +85,9 @@ fn read(path: &Path) -> Result<Scene> {
     let objects = read_objects(&reading, table.object, &mut hasher)?;
     let lights = read_lights(&reading, &table.light)?;
     let plumes = read_plumes(&reading, table.plume)?;
+    let numbered = table.trail.iter().zip(1..);
+    let trails = numbered.map(|(table, number)| trail(&reading, table, number, &objects, &mut hasher));
+    let trails = trails.collect::<Result<_>>()?;
 
     let mut scene = Scene {
         path: path.to_owned(),
@@ -97,6 +103,7 @@ fn read(path: &Path) -> Result<Scene> {
         objects,
         lights,
         plumes,
+        trails,
         cameras: Vec::new(),
     };
     let names: BTreeSet<String> = scene.names().collect();

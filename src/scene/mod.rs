@@ -25,6 +25,9 @@ mod place;
 mod plume;
 mod slope;
 mod sun;
+mod track_file;
+mod trail;
+mod trail_cast;
 mod weather_tables;
 
 #[doc(hidden)]
@@ -39,3 +42,5 @@ pub use picture::{Dither, Finish, Hud, Tone};
 pub use place::Anchor;
 #[doc(hidden)]
 pub use plume::{Plume, PlumeKind};
+#[doc(hidden)]
+pub use trail::{Trail, TrailColour, TrailQuantity, TrailSource};

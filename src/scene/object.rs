@@ -1,6 +1,5 @@
 //! One object of a scene file.
 
-use std::fs;
 use std::ops::Range;
 use std::path::PathBuf;
 
@@ -11,11 +10,12 @@ use super::appearance::appearance;
 use super::model::Models;
 use super::part::{Whole, parts, refuse_keys};
 use super::place::{PLACE_KEYS, Place};
-use crate::flight::{Altitude, AltitudeMode, ReadOptions, Track, read_track};
+use super::track_file::TrackFile;
+use crate::flight::{Altitude, AltitudeMode, Track};
 use crate::scene::object_table::{ObjectTable, check_name};
 use hedgehop_base::colour::linear_from_srgb8;
 use hedgehop_base::document::Reading;
-use hedgehop_base::error::{Error, Result};
+use hedgehop_base::error::Result;
 
 /// Grey of objects that are given no colour.
 const GREY: [u8; 3] = [150; 3];
@@ -191,38 +191,12 @@ fn moving(
         return Err(reading.wrong(span, "an object with a track is where, and turned as, its track says"));
     }
 
-    let path = reading.path.parent().unwrap_or(".".as_ref()).join(track.get_ref());
-    let whose = format!("the track of object `{}`", table.name);
-    let of_scene = |error: Error| reading.through(track.span(), &whose, error);
-    if track.get_ref().to_string_lossy().chars().any(char::is_control) {
-        return Err(reading.wrong(track.span(), "track must be the name of a file"));
-    }
-
-    let options = ReadOptions {
-        altitude_mode: mode(table),
-        track: table.track_number.as_ref().map(|number| *number.get_ref()),
-        sort: table.sort.as_ref().is_some_and(|sort| *sort.get_ref()),
+    let file = TrackFile {
+        whose: &format!("the track of object `{}`", table.name),
+        track,
+        number: table.track_number.as_ref(),
+        sort: table.sort.as_ref(),
+        altitude: table.altitude.as_ref(),
     };
-    let mut read = read_track(&path, &options).map_err(|error| of_scene(in_keys(error)))?;
-    read.notes.iter_mut().for_each(|note| *note = of_track(note));
-    let bytes = fs::read(&path).map_err(|source| of_scene(Error::io(&path, "read", source)))?;
-    hasher.update(&(bytes.len() as u64).to_le_bytes()).update(&bytes);
-
-    Ok(read)
-}
-
-/// Turns what is said of a track in flags into the keys of an object.
-fn of_track(said: &str) -> String {
-    said.replace("--track ", "track_number = ").replace("--sort ", "sort = true ")
-}
-
-fn in_keys(error: Error) -> Error {
-    match error {
-        Error::Invalid { path, what } => Error::Invalid { path, what: of_track(&what) },
-        other => other,
-    }
-}
-
-fn mode(table: &ObjectTable) -> Option<AltitudeMode> {
-    table.altitude.as_ref().map(|above| (*above.get_ref()).into())
+    file.read(reading, hasher)
 }

@@ -38,7 +38,7 @@ fn lamp(east: f64, north: f64, up: f64, candela: f64) -> PointLight {
 
 fn frame(options: &RenderOptions, camera: &Camera, bodies: &[Body], lights: &[PointLight]) -> Frame {
     Renderer::new(&*PLAIN, options)
-        .frame_with(camera, Overlays { bodies, lights, puffs: &[] }, &FARM)
+        .frame_with(camera, Overlays { bodies, lights, ..Overlays::default() }, &FARM)
         .unwrap()
         .frame
 }

@@ -28,4 +28,5 @@ mod residency;
 mod scan;
 mod scenes;
 mod spans;
+mod trails;
 mod weather;

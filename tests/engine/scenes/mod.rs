@@ -3,6 +3,7 @@
 mod night;
 mod parts;
 mod picture;
+mod trails;
 mod whole;
 
 use std::fs;

@@ -42,6 +42,7 @@ mod smoothing;
 mod speedup;
 mod tracks;
 mod traffic;
+mod trails;
 mod trust;
 mod view;
 mod viewer;

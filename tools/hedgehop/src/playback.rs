@@ -75,7 +75,7 @@ fn speed(text: &str) -> Result<f64, String> {
 }
 
 /// A length of time above 0, seconds.
-fn duration(text: &str) -> Result<f64, String> {
+pub fn duration(text: &str) -> Result<f64, String> {
     length(text)
         .filter(|seconds| *seconds > 0.0 && *seconds <= LONGEST)
         .ok_or_else(|| "want how long the film lasts, above 0, such as 90s, 2m30s or 1:30".to_owned())

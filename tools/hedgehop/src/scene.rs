@@ -85,18 +85,22 @@ pub fn inputs(scene: Option<&Scene>) -> impl Iterator<Item = &Path> {
     scene.into_iter().flat_map(|scene| {
         let tracks = scene.objects.iter().filter(|object| object.track.path.exists());
         let models = scene.objects.iter().flat_map(|object| &object.files).map(PathBuf::as_path);
+        let trails = scene.trails.iter().filter_map(|trail| Some(trail.track()?.path.as_path()));
         std::iter::once(scene.path.as_path())
+            .filter(|path| !path.as_os_str().is_empty())
             .chain(tracks.map(|object| object.track.path.as_path()))
             .chain(models)
+            .chain(trails)
     })
 }
 
-/// Whether there is anything in a scene that is merged by range: objects, lights, stars, or clouds.
+/// Whether there is anything in a scene that is merged by range: objects, trails, lights, stars, or clouds.
 pub fn has_objects(scene: Option<&Scene>) -> bool {
     scene.is_some_and(|scene| {
         !scene.objects.is_empty()
             || !scene.lights.is_empty()
             || !scene.plumes.is_empty()
+            || !scene.trails.is_empty()
             || scene.weather.clouds.is_some()
             || (scene.night.stars && scene.sun.is_some())
     })
@@ -167,6 +171,12 @@ impl Playing {
         }
         for object in scene.objects.iter().filter(|object| !object.notes.is_empty()) {
             observer.note(&format!("object {}: of its model {}", object.name, object.notes.join("; ")));
+        }
+        for trail in &scene.trails {
+            let notes = trail.track().map(|track| track.notes.join(" ")).unwrap_or_default();
+            if !notes.is_empty() {
+                observer.note(&format!("trail {}: {notes}", trail.name));
+            }
         }
         let cast = over_ground(source, world, |crs, ground| scene.bind(crs, ground))?;
         cast.raised().for_each(|(name, metres)| observer.note(&raised(name, metres)));

@@ -24,6 +24,11 @@ impl TrackArgs {
         ReadOptions { altitude_mode, track: self.track, sort: self.sort }
     }
 
+    /// Returns the options of reading other files, of which all tracks count.
+    pub fn of_others(self, altitude_mode: Option<AltitudeMode>) -> ReadOptions {
+        ReadOptions { altitude_mode, track: None, sort: self.sort }
+    }
+
     /// Refuses choices among fixes where no file has any; `flag` names it.
     pub fn check(self, has_file: bool, flag: &str) -> Result<()> {
         if has_file || (self.track.is_none() && !self.sort) {

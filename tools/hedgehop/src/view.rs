@@ -207,7 +207,8 @@ impl FlightArgs {
         Ok(trajectory)
     }
 
-    fn track(&self) -> Result<Track> {
+    /// Reads the path, or the single eye.
+    pub fn track(&self) -> Result<Track> {
         self.tracks.check(self.path.is_some(), "--path")?;
         match (&self.path, self.eye) {
             (Some(path), _) => read_track(path, &self.tracks.options(self.alt_mode.map(Into::into))),

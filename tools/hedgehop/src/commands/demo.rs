@@ -21,6 +21,7 @@ use crate::scene::SceneArgs;
 use crate::screen::ScreenArgs;
 use crate::smoothing::SmoothingArgs;
 use crate::tracks::TrackArgs;
+use crate::trails::TrailArgs;
 use crate::trust::TrustArgs;
 use crate::view::{FlightArgs, LookArgs, Surface};
 use crate::world::WorldArgs;
@@ -188,6 +189,7 @@ fn flight(folder: &Path, area: &Path) -> Result<render::RenderArgs> {
         flight,
         look: LookArgs { surface: Surface::Smooth, visibility: None, sun: None, shadows: None, detail: 1.0 },
         scene: SceneArgs::default(),
+        trails: TrailArgs::default(),
         finish: FinishArgs::default(),
         film: FilmArgs { video, ..FilmArgs::default() },
         progress: Mode::Auto,

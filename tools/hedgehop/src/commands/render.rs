@@ -139,7 +139,7 @@ struct FrameRequest {
 impl FrameRequest {
     /// Reads the scene and refuses flags that do not go together.
     fn read(args: &RenderArgs, reporter: &Reporter) -> Result<Self> {
-        let scene = args.scene.read(reporter)?;
+        let scene = args.trails.add_to(args.scene.read(reporter)?, &args.flight, reporter)?;
         let (finish, hud) = (args.finish.finish(scene.as_ref())?, args.finish.hud(scene.as_ref()));
         let setup = args.film.sized(&args.flight.screen)?.setup()?.behind_lens(finish.distortion)?;
         conflicts::check_combination(args, scene.as_ref(), setup.size)?;
@@ -398,6 +398,7 @@ fn settings(args: &RenderArgs, scene: Option<&Scene>, setup: &Setup, options: &R
     flight.playback.record(&mut settings);
     args.trust.record(&mut settings);
     args.late.record(&mut settings);
+    args.trails.record(&mut settings);
     scene::record(scene, &mut settings);
     scene::record_weather(&options.weather, &mut settings);
     args.aov.record(flight.path.as_deref(), &mut settings);

@@ -13,7 +13,7 @@ use crate::world::WorldArgs;
 use crate::{area, finish, scene};
 use hedgehop::memory::PageFile;
 use hedgehop::objects::{Form, Shape};
-use hedgehop::scene::{Anchor, LampLayout, Object, Part, PlumeKind, Scene};
+use hedgehop::scene::{Anchor, LampLayout, Object, Part, PlumeKind, Scene, TrailColour, TrailSource};
 use hedgehop::sunlight::{Sun, SunSetting};
 use hedgehop::voxel::PageSource;
 use hedgehop::weather::{GroundCover, PrecipitationKind, Weather};
@@ -168,6 +168,18 @@ fn description(scene: &Scene) -> String {
             Anchor::At(_) => "from a place".to_owned(),
         };
         let _ = writeln!(text, "  {}: {kind} {from}", plume.name);
+    }
+
+    for trail in &scene.trails {
+        let of = match &trail.source {
+            TrailSource::Object(name) => name.clone(),
+            TrailSource::Track { track, .. } => format!("{} ({})", track.path.display(), track.format),
+        };
+        let by = match trail.colour {
+            TrailColour::Plain(_) => String::new(),
+            TrailColour::By(quantity, _) => format!(", by {}", format!("{quantity:?}").to_lowercase()),
+        };
+        let _ = writeln!(text, "  {}: trail of {of}{by}", trail.name);
     }
 
     text

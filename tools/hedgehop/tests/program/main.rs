@@ -18,4 +18,5 @@ mod scenes;
 mod screens;
 mod shadow_heights;
 mod sheets;
+mod trails;
 mod videos;

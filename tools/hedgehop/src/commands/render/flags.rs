@@ -10,6 +10,7 @@ use crate::finish::FinishArgs;
 use crate::memory::{Late, Memory};
 use crate::progress::Mode;
 use crate::scene::SceneArgs;
+use crate::trails::TrailArgs;
 use crate::trust::TrustArgs;
 use crate::view::{FlightArgs, LookArgs};
 use hedgehop::encode::{FramePattern, FrameSet, Target};
@@ -86,6 +87,9 @@ pub struct RenderArgs {
 
     #[command(flatten)]
     pub scene: SceneArgs,
+
+    #[command(flatten)]
+    pub trails: TrailArgs,
 
     #[command(flatten)]
     pub finish: FinishArgs,
