@@ -212,6 +212,7 @@ fn other(name: String, track: Track, start: f64, codes: [u8; 3]) -> Object {
         beyond: Beyond::Hold,
         banks: false,
         leans: false,
+        from_aboard: true,
         parts: Vec::new(),
     }
 }
