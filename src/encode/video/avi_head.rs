@@ -20,7 +20,7 @@ pub(super) const INDEX_CAPACITY: usize = 256;
 
 /// Bytes of an entry of the index of segments.
 const INDEX_ENTRY: usize = 16;
-/// There is an index; trust its marks of key frames.
+/// Flags: an index is there, and its marks of key frames hold.
 const FLAGS: u32 = 0x10 | 0x800;
 
 /// Head of a film.
@@ -43,7 +43,7 @@ pub(super) struct Head {
 pub(super) struct SegmentIndex {
     /// Byte of the file.
     pub place: u64,
-    /// Its bytes, head included.
+    /// Bytes of the index, head included.
     pub bytes: u32,
     /// Frames of the segment.
     pub frame_count: u32,

@@ -28,7 +28,7 @@ pub(super) enum Container {
 pub(super) struct Encoder {
     /// ffmpeg's name of it.
     pub name: &'static str,
-    /// Its options.
+    /// Options that it is given.
     pub options: &'static [&'static str],
 }
 

@@ -146,7 +146,7 @@ fn chapters_file(settings: &VideoSettings, footage: Footage) -> Result<Option<te
         .map_err(|error| Error::io(&settings.out, "write its chapters to a temporary file", error))
 }
 
-/// Pictures from standard input; then sound and chapters, if there are some.
+/// Names the inputs: pictures from standard input; then sound and chapters, if there are some.
 fn add_inputs(
     command: &mut Command,
     settings: &VideoSettings,
@@ -164,7 +164,7 @@ fn add_inputs(
     }
 }
 
-/// What becomes of the inputs in the film.
+/// Asks for streams, filters and encoders of the film.
 fn add_streams(command: &mut Command, encoders: &Encoders, settings: &VideoSettings, footage: Footage) {
     // Titles and chapters of the sound's own file are of something else.
     let is_plain = settings.sound.is_none() && settings.chapters.is_empty();
@@ -190,7 +190,7 @@ fn add_streams(command: &mut Command, encoders: &Encoders, settings: &VideoSetti
     command.args(["-c:v", encoders.video.name]).args(encoders.video.options).args(TAGS);
 }
 
-/// All that ffmpeg complains of, so that it never waits for a reader; the first part is kept.
+/// Reads all that ffmpeg complains of, so that it never waits for a reader, and keeps the first part.
 fn read_complaints(mut errors: ChildStderr) -> String {
     let mut kept = Vec::new();
     let mut buffer = [0; 4096];
