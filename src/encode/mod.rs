@@ -16,6 +16,7 @@ pub mod atomic;
 #[doc(hidden)]
 pub mod check;
 mod cryptomatte;
+mod depth;
 mod exr;
 #[doc(hidden)]
 pub mod frames;

@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use glam::DVec3;
+
 use super::matte::Matte;
 use crate::space::Camera;
 use crate::voxel::{Attributes, Material};
@@ -35,8 +37,19 @@ pub struct Aov {
     pub matte: Option<Matte>,
     /// Motion vectors: pixels to the right and up until the next frame, `[height][width]`; see [`motion()`](super::motion()).
     pub motion: Option<Vec<[f32; 2]>>,
+    /// Positions on the map; see [`map_positions()`](super::map_positions()).
+    pub position: Option<MapPositions>,
     /// Whether files get a colour for each material: [`Material::mark`] of each pixel's `id`.
     pub material: bool,
+}
+
+/// Positions on the map of a frame's pixels.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MapPositions {
+    /// Point that positions count from, metres in the database's reference system.
+    pub offset: DVec3,
+    /// Metres east, north and up of the offset, `[height][width]`; infinite where no surface is seen.
+    pub points: Vec<[f32; 3]>,
 }
 
 impl Frame {
@@ -91,6 +104,9 @@ impl Frame {
         }
         if self.aov.motion.as_ref().is_some_and(|motion| motion.len() != self.id.len()) {
             return Err(Error::invalid(path, "motion of other pixels than those of the picture"));
+        }
+        if self.aov.position.as_ref().is_some_and(|position| position.points.len() != self.id.len()) {
+            return Err(Error::invalid(path, "positions of other pixels than those of the picture"));
         }
         Ok(())
     }

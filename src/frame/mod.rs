@@ -15,12 +15,15 @@ pub mod hud;
 mod matte;
 mod motion;
 mod picture;
+mod position;
 #[doc(hidden)]
 pub mod stage;
 
-pub use channels::{Aov, Frame};
+pub use channels::{Aov, Frame, MapPositions};
 #[doc(hidden)]
 pub use matte::{Matte, MatteCoverage};
 #[doc(hidden)]
 pub use motion::{MotionStep, motion};
 pub use picture::Picture;
+#[doc(hidden)]
+pub use position::{PositionInputs, map_offset, map_positions};

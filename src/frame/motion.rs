@@ -93,8 +93,8 @@ fn position(
     step.camera.screen_from_world(then)
 }
 
-/// A point of the ground in the database's heights.
-fn raised(point: DVec3, ray: &Ray, curvature: Curvature) -> DVec3 {
+/// Raises a point of the ground to its height in the database.
+pub(super) fn raised(point: DVec3, ray: &Ray, curvature: Curvature) -> DVec3 {
     point + DVec3::Z * curvature.drop_at((point - ray.origin).truncate().length())
 }
 

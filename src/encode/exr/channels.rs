@@ -2,8 +2,8 @@
 
 use ::exr::prelude::{AnyChannel, AnyChannels, FlatSamples, f16};
 
+use crate::encode::depth::{depth, rays};
 use crate::frame::Frame;
-use crate::space::{Ray, Screen};
 use hedgehop_base::colour::linear_from_srgb8;
 
 /// Samples of all channels of a file.
@@ -20,6 +20,10 @@ pub(super) const CHANNEL_CONVENTIONS: &str = "R G B: linear Rec. 709, 1 is displ
 /// Meaning of motion vectors, where a file has them.
 pub(super) const MOTION_CONVENTIONS: &str =
     "; forward: pixels to the right (u) and up (v) until the next frame";
+
+/// Meaning of positions, where a file has them.
+pub(super) const POSITION_CONVENTIONS: &str = "; P: metres east (X), north (Y) and up (Z) of \
+     hedgehop.position_offset_m, on the map, as high as in the database over a curved Earth too, +infinity for the sky";
 
 /// Returns all channels of a frame, sorted by name.
 pub(super) fn channels(frame: &Frame) -> Channels {
@@ -62,7 +66,7 @@ pub(in crate::encode) fn by_name(channels: Vec<AnyChannel<FlatSamples>>) -> Chan
     sorted
 }
 
-/// Returns the further channels that were asked for: mattes, motion, materials.
+/// Returns the further channels that were asked for: mattes, motion, positions, materials.
 fn aov_channels(frame: &Frame) -> Vec<(String, Vec<f32>)> {
     let mut channels = frame.aov.matte.as_ref().map_or_else(Vec::new, |matte| matte.channels(frame));
     if let Some(motion) = &frame.aov.motion {
@@ -70,6 +74,11 @@ fn aov_channels(frame: &Frame) -> Vec<(String, Vec<f32>)> {
         channels.extend(
             ["forward.u", "forward.v"].into_iter().zip([part(0), part(1)]).map(|(n, p)| (n.to_owned(), p)),
         );
+    }
+    if let Some(position) = &frame.aov.position {
+        let part = |part: usize| position.points.iter().map(|point| point[part]).collect();
+        let names = ["P.X", "P.Y", "P.Z"].map(str::to_owned);
+        channels.extend(names.into_iter().zip([part(0), part(1), part(2)]));
     }
     if frame.aov.material {
         let mark = |id: &u32| {
@@ -85,25 +94,4 @@ fn aov_channels(frame: &Frame) -> Vec<(String, Vec<f32>)> {
 /// Radiance as a half: what exceeds the largest half, 65504, is clipped to it, not made infinite.
 pub(super) fn half_from_radiance(radiance: f32) -> f16 {
     f16::from_f32(radiance.clamp(f16::MIN.to_f32(), f16::MAX.to_f32()))
-}
-
-/// The ray of every pixel, row by row.
-fn rays(frame: &Frame) -> impl Iterator<Item = Option<Ray>> + '_ {
-    let camera = &frame.camera;
-    let pixels = (0..camera.height).flat_map(|row| (0..camera.width).map(move |column| (column, row)));
-    pixels.map(|(column, row)| camera.ray(f64::from(column) + 0.5, f64::from(row) + 0.5))
-}
-
-/// Metres along the optical axis of every pixel, `Z = range · cos`, where all of the picture lies before the eye; else the
-/// range, since depth along an axis says nothing of what is beside or behind it.
-fn depth(frame: &Frame) -> Vec<f32> {
-    let camera = &frame.camera;
-    if !matches!(camera.screen(), Screen::Planar { .. } | Screen::Lens { .. } | Screen::Orthographic { .. }) {
-        return frame.range.clone();
-    }
-    let planar = |(ray, &range): (Option<Ray>, &f32)| match ray {
-        Some(ray) => (f64::from(range) * camera.axis_cosine(ray.direction)) as f32,
-        None => f32::INFINITY,
-    };
-    rays(frame).zip(&frame.range).map(planar).collect()
 }

@@ -10,6 +10,7 @@
 //! | `id` | uint | source << 16 \| material << 8 \| flags, 4294967295 for the sky |
 //! | `material.R`, `.G`, `.B` | float | a colour for each material, linear, if asked for |
 //! | `forward.u`, `forward.v` | float | pixels to the right and up until the next frame, if asked for ([`crate::frame::motion`]) |
+//! | `P.X`, `P.Y`, `P.Z` | float | metres from `hedgehop.position_offset_m` on the map, +∞ for the sky, if asked for ([`crate::frame::MapPositions`]) |
 //! | `CryptoObject00.R` … | float | ids and shares of bodies and ground, if asked for ([`crate::frame::Matte`]) |
 //!
 //! The colour channels have no layer prefix, since viewers open a blank picture without a default
@@ -41,7 +42,7 @@ use crate::encode::info::{CAMERA_CONVENTIONS, Value};
 use crate::frame::{Frame, Matte};
 use crate::space::{Camera, Screen};
 pub(super) use channels::by_name;
-use channels::{CHANNEL_CONVENTIONS, Channels, MOTION_CONVENTIONS};
+use channels::{CHANNEL_CONVENTIONS, Channels, MOTION_CONVENTIONS, POSITION_CONVENTIONS};
 use digest::{DIGEST, digest};
 use hedgehop_base::error::{Error, Result};
 
@@ -81,10 +82,15 @@ fn attributes(frame: &Frame, info: &FrameInfo, channels: &Channels) -> LayerAttr
     let camera = &frame.camera;
     let mut attributes = LayerAttributes::default();
     let mut entries = info.entries(camera);
+    if let Some(position) = &frame.aov.position {
+        let [x, y, z] = position.offset.to_array();
+        entries.push(("hedgehop.position_offset_m", Value::Text(format!("{x} {y} {z}"))));
+    }
     let texts = entries.iter().map(|(name, value)| ((*name).to_owned(), value.to_string())).collect();
     entries.push((DIGEST, Value::Text(digest(&texts, channels))));
     let motion = frame.aov.motion.as_ref().map_or("", |_| MOTION_CONVENTIONS);
-    let conventions = format!("{CAMERA_CONVENTIONS}; {CHANNEL_CONVENTIONS}{motion}");
+    let position = frame.aov.position.as_ref().map_or("", |_| POSITION_CONVENTIONS);
+    let conventions = format!("{CAMERA_CONVENTIONS}; {CHANNEL_CONVENTIONS}{motion}{position}");
     entries.push(("hedgehop.conventions", Value::Text(conventions)));
 
     for (name, value) in entries {

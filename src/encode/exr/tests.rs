@@ -9,7 +9,7 @@ use glam::DVec3;
 use super::channels::half_from_radiance;
 use super::*;
 use crate::encode::testing;
-use crate::frame::{Aov, MatteCoverage};
+use crate::frame::{Aov, MapPositions, MatteCoverage};
 use hedgehop_base::Size;
 use hedgehop_base::colour::linear_from_srgb8;
 
@@ -145,6 +145,10 @@ fn further_channels_are_those_of_the_frame() {
     frame.aov = Aov {
         matte: Some(matte.clone()),
         motion: Some((0..18).map(|pixel| [pixel as f32, -0.5 * pixel as f32]).collect()),
+        position: Some(MapPositions {
+            offset: DVec3::new(500_000.0, 4_649_000.0, 0.0),
+            points: (0..18).map(|pixel| [pixel as f32, 0.25, f32::INFINITY]).collect(),
+        }),
         material: true,
     };
 
@@ -164,6 +168,8 @@ fn further_channels_are_those_of_the_frame() {
     }
 
     assert_eq!((channel("forward.u")[5], channel("forward.v")[5]), (5.0, -2.5));
+    assert_eq!(["P.X", "P.Y", "P.Z"].map(|name| channel(name)[5]), [5.0, 0.25, f32::INFINITY]);
+    assert_eq!(read.entries["hedgehop.position_offset_m"], "500000 4649000 0");
 
     for (part, name) in ["material.R", "material.G", "material.B"].into_iter().enumerate() {
         let mark =
