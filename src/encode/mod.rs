@@ -23,9 +23,12 @@ pub mod frames;
 #[doc(hidden)]
 pub mod geotiff;
 mod info;
+mod ours;
 #[doc(hidden)]
 pub mod pattern;
 mod png;
+#[doc(hidden)]
+pub mod poses;
 mod ray_table;
 mod refusal;
 #[doc(hidden)]

@@ -7,17 +7,23 @@
 //! write both files anew, each under a temporary name, and rename
 //! ```
 //!
-//! `poses.csv` holds nothing that the manifest does not; it is there for spreadsheets and scripts.
+//! `poses.csv` holds nothing that the manifest does not; it is there for spreadsheets and scripts. Nor do the files of
+//! [`poses`](super::poses), which are there for programs of computer vision, if they are asked for, or were before.
 
+use std::collections::BTreeSet;
 use std::fs::File;
 use std::path::Path;
 
+use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use crate::encode::info::CAMERA_CONVENTIONS;
+use crate::encode::ours::check_ours;
+use crate::encode::poses::{PoseFormat, PoseList, PosedFrame};
 use crate::encode::{FrameInfo, Written, atomic};
 use crate::memory::Paging;
-use crate::space::{Camera, Screen};
+use crate::space::{Attitude, Camera, Screen};
+use hedgehop_base::Size;
 use hedgehop_base::error::{Error, Result};
 
 /// Name of the manifest in the folder of the frames.
@@ -59,11 +65,23 @@ pub struct Manifest {
     pub settings_digest: String,
     /// Meaning of the poses' fields.
     pub conventions: String,
+    /// Further files of poses; absent without any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub poses: Option<PosesRecord>,
     /// Pages of the database that are damaged, and that coarser levels stood in for; rising.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub damaged_pages: Vec<DamagedRecord>,
     /// One entry per frame, in rising order.
     pub frames: Vec<FrameRecord>,
+}
+
+/// Files of poses beside `poses.csv`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PosesRecord {
+    /// Formats of the files.
+    pub formats: BTreeSet<PoseFormat>,
+    /// Point that their positions count from, metres in the database's reference system.
+    pub offset_m: [f64; 3],
 }
 
 /// A damaged page.
@@ -170,6 +188,20 @@ impl FrameRecord {
             coarser_share: None,
         }
     }
+
+    /// The frame as files of poses tell it; `None` for one of a stream.
+    fn posed(&self) -> Option<PosedFrame<'_>> {
+        let [width, height] = self.size_px;
+        Some(PosedFrame {
+            number: self.frame,
+            file: self.file.as_deref()?,
+            seconds: self.seconds,
+            eye: DVec3::from_array(self.eye_m),
+            attitude: Attitude { yaw: self.yaw_deg, pitch: self.pitch_deg, roll: self.roll_deg },
+            screen: &self.screen,
+            size: Size { width, height },
+        })
+    }
 }
 
 impl Manifest {
@@ -191,6 +223,7 @@ impl Manifest {
             settings,
             settings_digest,
             conventions,
+            poses: None,
             damaged_pages: Vec::new(),
             frames: Vec::new(),
         }
@@ -209,38 +242,36 @@ impl Manifest {
         })
     }
 
-    /// Refuses a folder whose `manifest.json` or `poses.csv` somebody else wrote: a run would replace them.
+    /// Refuses a folder whose `manifest.json`, `poses.csv` or further files of poses somebody else wrote: a run would replace them.
     pub fn check_folder(folder: &Path) -> Result<()> {
-        let begins = |name: &str, ours: &dyn Fn(&str) -> bool| -> Result<()> {
-            let path = folder.join(name);
-            let bytes = match std::fs::read(&path) {
-                Ok(bytes) => bytes,
-                Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(()),
-                Err(error) => return Err(Error::io(&path, "read it", error)),
-            };
-            if ours(&String::from_utf8_lossy(&bytes)) {
-                return Ok(());
-            }
-            let what =
-                "it is not of a render by this program, which would replace it; give another folder to -o";
-            Err(Error::Configuration(format!("{}: {what}", path.display())))
-        };
-        begins(MANIFEST, &|text| serde_json::from_str::<Self>(text).is_ok())?;
-        begins(POSES, &|text| text.lines().next() == Some(POSES_COLUMNS.join(",").as_str()))
+        check_ours(&folder.join(MANIFEST), &|text| serde_json::from_str::<Self>(text).is_ok())?;
+        let is_table = |text: &str| text.lines().next() == Some(POSES_COLUMNS.join(",").as_str());
+        check_ours(&folder.join(POSES), &is_table)?;
+        // A run goes on with the formats of the run before.
+        let earlier = Self::read(folder)?.and_then(|manifest| manifest.poses);
+        let formats = earlier.map(|earlier| earlier.formats).unwrap_or_default();
+        formats.iter().try_for_each(|format| format.check_folder(folder))
     }
 
-    /// Writes `manifest.json` and `poses.csv` into `folder`, keeping the entries of earlier runs of the
-    /// same flight over the same database with the same settings. Returns what the manifest now holds.
+    /// Writes `manifest.json`, `poses.csv` and further files of poses into `folder`, keeping the entries of earlier runs
+    /// of the same flight over the same database with the same settings. Returns what the manifest now holds.
     pub fn write(mut self, folder: &Path) -> Result<Self> {
         let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
         std::fs::create_dir_all(folder).map_err(|source| Error::io(folder, "create the folder", source))?;
         let _lock = lock(folder);
 
         // A manifest that cannot be read says nothing about frames that could be kept.
-        if let Ok(Some(earlier)) = Self::read(folder)
-            && self.difference(&earlier).is_none()
-        {
-            let made: std::collections::HashSet<u64> = self.frames.iter().map(|frame| frame.frame).collect();
+        let mut outdated = BTreeSet::new();
+        let earlier = Self::read(folder).ok().flatten();
+        let is_continued = earlier.as_ref().is_some_and(|earlier| self.difference(earlier).is_none());
+        if let Some(earlier) = earlier.as_ref().and_then(|earlier| earlier.poses.as_ref()) {
+            outdated.clone_from(&earlier.formats);
+            if is_continued {
+                self.poses.get_or_insert_with(|| earlier.clone()).formats.extend(&earlier.formats);
+            }
+        }
+        if let Some(earlier) = earlier.filter(|_| is_continued) {
+            let made: BTreeSet<u64> = self.frames.iter().map(|frame| frame.frame).collect();
             let exists = |file: &Option<String>| file.as_ref().is_none_or(|file| folder.join(file).is_file());
             self.damaged_pages.extend(earlier.damaged_pages);
             let kept = earlier.frames.into_iter();
@@ -254,11 +285,27 @@ impl Manifest {
         let mut text = serde_json::to_vec_pretty(&self)
             .map_err(|error| Error::invalid(&manifest, format!("the manifest is no JSON: {error}")))?;
         text.push(b'\n');
+        self.write_poses(folder, outdated)?;
         let poses = folder.join(POSES);
         atomic::write_bytes(&poses, &poses_csv(&poses, &self.frames)?)?;
         atomic::write_bytes(&manifest, &text)?;
 
         Ok(self)
+    }
+
+    /// Writes files of poses in the formats that are asked for, and removes those in `outdated` ones.
+    fn write_poses(&self, folder: &Path, mut outdated: BTreeSet<PoseFormat>) -> Result<()> {
+        if let Some(PosesRecord { formats, offset_m }) = &self.poses {
+            outdated.retain(|format| !formats.contains(format));
+            let list = PoseList {
+                frames: self.frames.iter().filter_map(FrameRecord::posed).collect(),
+                offset: DVec3::from_array(*offset_m),
+                crs: &self.database.crs,
+                vertical_datum: &self.database.vertical_datum,
+            };
+            formats.iter().try_for_each(|format| format.write(folder, &list))?;
+        }
+        outdated.into_iter().try_for_each(|format| format.remove(folder))
     }
 
     /// Clause that says what of database, flight and settings is another in `other`, which is the one that is there; `None`: frames of both are of one
@@ -355,140 +402,5 @@ fn poses_csv(path: &Path, frames: &[FrameRecord]) -> Result<Vec<u8>> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::encode::{testing, write_frame};
-
-    fn manifest(settings: &str) -> Manifest {
-        let database = DatabaseRecord {
-            file: "valley.hop".to_owned(),
-            content_hash: "abc".to_owned(),
-            crs: "EPSG:32633".to_owned(),
-            vertical_datum: "mean sea level".to_owned(),
-        };
-        let flight = FlightRecord { file: "flight.csv".to_owned(), blake3: "def".to_owned() };
-        Manifest::new(
-            "hedgehop 0.1.0",
-            database,
-            Some(flight),
-            serde_json::json!({ "hfov": 60.0, "sky": settings }),
-        )
-    }
-
-    /// Renders frames and writes their manifest, as a run does.
-    fn run(folder: &Path, settings: &str, numbers: &[u64]) -> Manifest {
-        let mut manifest = manifest(settings);
-        let frame = testing::frame(4, 3);
-        for &number in numbers {
-            let info = FrameInfo { frame: number, ..testing::info() };
-            let path = folder.join(format!("{number:04}.png"));
-            let written = write_frame(&path, &frame, &info).unwrap();
-            let lon_lat = (number % 2 == 0).then_some([15.1, 42.0]);
-            manifest.frames.push(FrameRecord::new(&info, &frame.camera, lon_lat, Some((&path, &written))));
-        }
-        manifest.write(folder).unwrap()
-    }
-
-    fn numbers(folder: &Path) -> Vec<u64> {
-        let manifest = Manifest::read(folder).unwrap().unwrap();
-        manifest.frames.iter().map(|frame| frame.frame).collect()
-    }
-
-    #[test]
-    fn the_manifest_says_what_made_each_frame() {
-        let (folder, _) = testing::place("");
-        let written = run(folder.path(), "clear", &[2, 1]);
-        let read = Manifest::read(folder.path()).unwrap().unwrap();
-        assert_eq!(read, written, "every f64 comes back");
-        assert_eq!(read.frames[1].file.as_deref(), Some("0002.png"));
-        let file = Written::of(&folder.path().join("0002.png")).unwrap();
-        assert_eq!(read.frames[1].blake3.as_ref(), Some(&file.blake3));
-        assert_eq!(read.frames[0].eye_m, [500_123.456_789, 4_649_776.225, 312.75]);
-    }
-
-    #[test]
-    fn poses_are_a_table() {
-        let (folder, _) = testing::place("");
-        run(folder.path(), "clear", &[1, 2]);
-        assert_eq!(
-            std::fs::read_to_string(folder.path().join(POSES)).unwrap(),
-            "frame,t_s,x_m,y_m,z_m,lon_deg,lat_deg,yaw_deg,pitch_deg,roll_deg,hfov_deg\n\
-             1,1.64,500123.456789,4649776.225,312.75,,,33,-5.25,20,60\n\
-             2,1.64,500123.456789,4649776.225,312.75,15.1,42,33,-5.25,20,60\n"
-        );
-    }
-
-    #[test]
-    fn subsets_of_one_sequence_add_up() {
-        let (folder, _) = testing::place("");
-        run(folder.path(), "clear", &[5, 6]);
-        run(folder.path(), "clear", &[1, 6]);
-        assert_eq!(numbers(folder.path()), [1, 5, 6]);
-        std::fs::remove_file(folder.path().join("0005.png")).unwrap();
-        run(folder.path(), "clear", &[2]);
-        assert_eq!(numbers(folder.path()), [1, 2, 6], "the file of 5 is gone");
-    }
-
-    #[test]
-    fn another_sequence_replaces_what_was_there() {
-        let (folder, _) = testing::place("");
-        run(folder.path(), "clear", &[5, 6]);
-        run(folder.path(), "haze", &[1]);
-        assert_eq!(numbers(folder.path()), [1]);
-        let said = manifest("clear").difference(&manifest("haze")).unwrap();
-        assert_eq!(said, r#"sky is "haze", not "clear""#);
-        assert_eq!(manifest("clear").difference(&manifest("clear")), None);
-        let bare = serde_json::json!({});
-
-        for (one, said) in [
-            (serde_json::json!({"scene": {"blake3": "a"}}), "it has a scene, and this has none"),
-            (serde_json::json!({"radius_m": 2.5}), "radius_m is 2.5, and not set here"),
-        ] {
-            assert_eq!(changed_settings(&one, &bare), said);
-        }
-
-        assert_eq!(changed_settings(&bare, &serde_json::json!({"scene": {}})), "it has no scene");
-        std::fs::write(folder.path().join(MANIFEST), b"{").unwrap();
-        let message = Manifest::read(folder.path()).unwrap_err().to_string();
-        assert!(message.contains(MANIFEST) && message.contains("line 1"), "{message}");
-        run(folder.path(), "haze", &[3]);
-        assert_eq!(numbers(folder.path()), [3]);
-    }
-
-    #[test]
-    fn a_folder_with_files_of_somebody_else_is_refused() {
-        let (folder, _) = testing::place("");
-        run(folder.path(), "clear", &[5]);
-        Manifest::check_folder(folder.path()).unwrap();
-        for (name, text) in [(POSES, "t,lon,lat\n0,1,2\n"), (MANIFEST, "{\"name\": \"my app\"}")] {
-            let other = tempfile::tempdir().unwrap();
-            std::fs::write(other.path().join(name), text).unwrap();
-            let message = Manifest::check_folder(other.path()).unwrap_err().to_string();
-            assert!(message.contains(name) && message.contains("-o"), "{message}");
-        }
-    }
-
-    #[test]
-    fn workers_that_finish_at_once_lose_nothing() {
-        let (folder, _) = testing::place("");
-        std::thread::scope(|scope| {
-            for worker in 0..4 {
-                let folder = folder.path();
-                scope.spawn(move || {
-                    for round in 0..5 {
-                        run(folder, "clear", &[worker * 5 + round + 1]);
-                    }
-                });
-            }
-        });
-        assert_eq!(numbers(folder.path()), (1..=20).collect::<Vec<_>>());
-    }
-
-    #[test]
-    fn the_digest_ignores_the_order_of_keys() {
-        let one: serde_json::Value = serde_json::from_str(r#"{"a":1,"b":2}"#).unwrap();
-        let other: serde_json::Value = serde_json::from_str(r#"{"b":2,"a":1}"#).unwrap();
-        assert_eq!(settings_digest(&one), settings_digest(&other));
-        assert_ne!(settings_digest(&one), settings_digest(&serde_json::json!({"a":1})));
-    }
-}
+#[path = "sidecar_tests.rs"]
+mod tests;
