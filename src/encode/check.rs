@@ -15,7 +15,7 @@ use std::io::ErrorKind;
 use std::path::Path;
 
 use crate::encode::refusal::PictureRefusal;
-use crate::encode::{FrameInfo, Target, exr, png};
+use crate::encode::{FrameInfo, Target, exr, npy, png};
 use crate::space::Camera;
 use hedgehop_base::Size;
 
@@ -58,7 +58,7 @@ pub fn existing(path: &Path, camera: &Camera, info: &FrameInfo) -> Existing {
     }
 }
 
-/// Decodes a PNG or EXR to its end, with all its checksums, and returns its BLAKE3, hexadecimal.
+/// Decodes a PNG, EXR or NPY to its end, with all its checksums, and returns its BLAKE3, hexadecimal.
 ///
 /// # Errors
 /// A clause that says how it is damaged, or why it cannot be read.
@@ -77,6 +77,7 @@ fn entries(
     match Target::of(path) {
         Ok(Target::Png) => png::decode(bytes, wanted).map(|(_, entries)| entries),
         Ok(Target::Exr) => exr::decode(bytes, wanted).map(|decoded| decoded.entries),
+        Ok(Target::Npy) => npy::decode(bytes, wanted),
         Ok(Target::Y4m) => Err("y4m is not checked frame by frame".to_owned().into()),
         Err(error) => Err(error.to_string().into()),
     }
@@ -101,7 +102,7 @@ mod tests {
 
     #[test]
     fn the_frame_itself_is_whole() {
-        for name in ["0042.png", "0042.exr"] {
+        for name in ["0042.png", "0042.exr", "0042.npy"] {
             let (_folder, path, camera) = written(name);
             assert_eq!(existing(&path, &camera, &testing::info()), Existing::Whole);
             assert_eq!(
@@ -113,7 +114,7 @@ mod tests {
 
     #[test]
     fn no_prefix_is_whole() {
-        for name in ["0042.png", "0042.exr"] {
+        for name in ["0042.png", "0042.exr", "0042.npy"] {
             let (_folder, path, camera) = written(name);
             let bytes = std::fs::read(&path).unwrap();
             for length in 0..bytes.len() {
@@ -125,13 +126,15 @@ mod tests {
 
     #[test]
     fn no_flipped_byte_goes_unseen() {
-        let (_folder, path, camera) = written("0042.png");
-        let whole = std::fs::read(&path).unwrap();
-        for at in 0..whole.len() {
-            let mut bytes = whole.clone();
-            bytes[at] ^= 0x41;
-            std::fs::write(&path, &bytes).unwrap();
-            assert_ne!(existing(&path, &camera, &testing::info()), Existing::Whole, "byte {at}");
+        for name in ["0042.png", "0042.npy"] {
+            let (_folder, path, camera) = written(name);
+            let whole = std::fs::read(&path).unwrap();
+            for at in 0..whole.len() {
+                let mut bytes = whole.clone();
+                bytes[at] ^= 0x41;
+                std::fs::write(&path, &bytes).unwrap();
+                assert_ne!(existing(&path, &camera, &testing::info()), Existing::Whole, "{name}: byte {at}");
+            }
         }
     }
 
@@ -155,7 +158,7 @@ mod tests {
 
     #[test]
     fn zeroed_files_are_broken() {
-        for name in ["0042.png", "0042.exr"] {
+        for name in ["0042.png", "0042.exr", "0042.npy"] {
             let (_folder, path, camera) = written(name);
             let length = std::fs::metadata(&path).unwrap().len() as usize;
             std::fs::write(&path, vec![0; length]).unwrap();
@@ -167,7 +170,7 @@ mod tests {
 
     #[test]
     fn frames_of_something_else_are_different() {
-        for name in ["0042.png", "0042.exr"] {
+        for name in ["0042.png", "0042.exr", "0042.npy"] {
             let (_folder, path, camera) = written(name);
             let different = |camera: &Camera, info: &FrameInfo| match existing(&path, camera, info) {
                 Existing::Different(what) => what,

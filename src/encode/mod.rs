@@ -4,7 +4,8 @@
 //! 8-bit sRGB ─┬─▶ png   one file per frame, text chunks say what made it
 //!             ├─▶ y4m   one stream of frames, BT.709, limited range
 //!             └─▶ video an installed ffmpeg, or Motion JPEG
-//! Frame ────────▶ exr   linear colour, Z, range, normals, level, id
+//! Frame ───────┬─▶ exr   linear colour, Z, range, normals, level, id
+//!              └─▶ npy   depth alone, as NumPy's arrays
 //! ```
 //!
 //! [`pattern`] names the files, [`frames`] says which of them are wanted, [`check`] whether one that
@@ -23,6 +24,7 @@ pub mod frames;
 #[doc(hidden)]
 pub mod geotiff;
 mod info;
+mod npy;
 mod ours;
 #[doc(hidden)]
 pub mod pattern;

@@ -29,6 +29,8 @@ pub enum Target {
     Png,
     /// Linear colour and geometry, one file per frame.
     Exr,
+    /// Depth alone, one file per frame.
+    Npy,
     /// Every frame in one YUV4MPEG2 stream.
     Y4m,
 }
@@ -41,6 +43,7 @@ impl Target {
         match extension.as_deref() {
             Some("png") => Ok(Self::Png),
             Some("exr") => Ok(Self::Exr),
+            Some("npy") => Ok(Self::Npy),
             Some("y4m") => Ok(Self::Y4m),
             Some(video @ ("mp4" | "mkv" | "mov" | "m4v" | "webm" | "avi")) => {
                 Err(Error::Configuration(format!(
@@ -50,7 +53,7 @@ impl Target {
                 )))
             }
             other => Err(Error::Configuration(format!(
-                "{}: {}; -o takes .png, .exr, .y4m, or - for y4m on standard output",
+                "{}: {}; -o takes .png, .exr, .npy, .y4m, or - for y4m on standard output",
                 path.display(),
                 match other {
                     Some(other) => format!("no encoder for .{other}"),
@@ -245,6 +248,7 @@ mod tests {
         for (pattern, number, expected) in [
             ("frames/####.png", 42, "frames/0042.png"),
             ("frames/##.exr", 7, "frames/07.exr"),
+            ("depth/#.npy", 7, "depth/7.npy"),
             ("frames/#.png", 7, "frames/7.png"),
             ("frames/####.png", 123_456, "frames/123456.png"),
             ("####.PNG", u64::MAX, "18446744073709551615.PNG"),
@@ -282,7 +286,7 @@ mod tests {
     #[test]
     fn refusals_say_the_remedy() {
         for (pattern, words) in [
-            ("frames/####.jpg", "no encoder for .jpg; -o takes .png, .exr, .y4m"),
+            ("frames/####.jpg", "no encoder for .jpg; -o takes .png, .exr, .npy, .y4m"),
             ("frames", "no extension"),
             ("####", "no extension"),
             ("", "frames/####.png"),

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::info::FrameInfo;
 use super::pattern::Target;
-use super::{atomic, exr, png};
+use super::{atomic, exr, npy, png};
 use crate::frame::{Frame, Picture};
 use crate::space::Camera;
 use hedgehop_base::colour::srgb8_picture;
@@ -37,14 +37,15 @@ pub fn encode_frame(path: &Path, frame: &Frame, info: &FrameInfo) -> Result<Vec<
     match Target::of(path)? {
         Target::Png => png::encode(path, &srgb8_picture(&frame.colour), &frame.camera, info),
         Target::Exr => exr::encode(path, frame, info),
+        Target::Npy => npy::encode(path, frame, info),
         Target::Y4m => Err(Error::Configuration(format!(
-            "{}: y4m holds a stream of frames, not one; use png or exr for single frames",
+            "{}: y4m holds a stream of frames, not one; use png, exr or npy for single frames",
             path.display()
         ))),
     }
 }
 
-/// Writes `frame` to `path`, PNG or EXR by extension. The file appears whole or not at all, and the
+/// Writes `frame` to `path`, PNG, EXR or NPY (depth) by extension. The file appears whole or not at all, and the
 /// same frame always gives the same bytes.
 pub fn write_frame(path: &Path, frame: &Frame, info: &FrameInfo) -> Result<Written> {
     let bytes = encode_frame(path, frame, info)?;
@@ -96,6 +97,7 @@ pub fn read_picture(path: &Path) -> Result<Picture> {
             let rgb = srgb8_picture(&colour);
             Ok(Picture { width: decoded.width, height: decoded.height, rgb })
         }
+        Target::Npy => Err(Error::unsupported(path, "depth is no picture", "render frames/####.png")),
         Target::Y4m => Err(Error::unsupported(path, "y4m is not read back", "render frames/####.png")),
     }
 }
