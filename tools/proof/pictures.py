@@ -8,7 +8,7 @@ from step import Step
 # Databases whose colours hold no shadows, so that scenes may throw their own.
 UNSHADED = {"valley": "valley.without-shadows", "sba": "sba"}
 EVERY_FIFTH = "1-40:5"
-AOV = ["--aov", "cryptomatte,motion,material"]
+AOV = ["--aov", "cryptomatte,motion,position,material"]
 
 # Screens with their flags, and the size of PNG frames of them.
 SCREENS = {
@@ -69,7 +69,7 @@ def engines(name):
 def screens(name):
     steps = []
     for screen, (flags, size) in SCREENS.items():
-        channels = ["--aov", "cryptomatte,material"] if screen == "table" else AOV
+        channels = ["--aov", "cryptomatte,position,material"] if screen == "table" else AOV
         few = ["--frames", EVERY_FIFTH]
         steps.append(render(f"{name}/{screen}", name, "png", size, *flags, *few))
         steps.append(render(f"{name}/{screen}-exr", name, "exr", size, *flags, *few, *channels))

@@ -1,10 +1,11 @@
-//! Further channels of EXR frames: mattes of objects, motion vectors, materials.
+//! Further channels of EXR frames: mattes of objects, motion vectors, positions, materials.
 
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
 use clap::{Args, ValueEnum};
+use glam::DVec3;
 use serde_json::{Value, json};
 
 use crate::partner::Partner;
@@ -12,7 +13,7 @@ use crate::scene::Playing;
 use crate::screen::Setup;
 use hedgehop::earth::Curvature;
 use hedgehop::encode::Target;
-use hedgehop::frame::{Frame, MotionStep, motion};
+use hedgehop::frame::{Frame, MotionStep, PositionInputs, map_positions, motion};
 use hedgehop::objects::Body;
 use hedgehop::subimage::Farm;
 use hedgehop::{Error, Result};
@@ -21,13 +22,15 @@ use hedgehop::{Error, Result};
 const MATTE_BYTES: u64 = 48;
 /// Bytes of memory that motion vectors take per pixel.
 const MOTION_BYTES: u64 = 8;
+/// Bytes of memory that positions take per pixel.
+const POSITION_BYTES: u64 = 12;
 /// Bytes of memory that colours of materials take per pixel.
 const MATERIAL_BYTES: u64 = 12;
 
 /// Flags of the channels that EXR frames have besides the usual ones.
 #[derive(Debug, Clone, Default, Args)]
 pub struct AovArgs {
-    /// Further channels of EXR frames, with commas between: cryptomatte (who covers how much of each pixel), motion (pixels until the next frame), material (a colour for each)
+    /// Further channels of EXR frames, with commas between: cryptomatte (who covers how much of each pixel), motion (pixels until the next frame), position (metres on the map), material (a colour for each)
     #[arg(long, value_enum, value_name = "LIST", value_delimiter = ',')]
     pub aov: Vec<AovKind>,
 }
@@ -39,6 +42,8 @@ pub enum AovKind {
     Cryptomatte,
     /// Motion vectors, `forward.u` and `forward.v`
     Motion,
+    /// Position on the map, `P.X`, `P.Y`, `P.Z`
+    Position,
     /// Material of the ground, a colour for each, `material.R`, `.G`, `.B`
     Material,
 }
@@ -57,6 +62,7 @@ impl AovKind {
         match self {
             Self::Cryptomatte => AovFacts { name: "cryptomatte", pixel_bytes: MATTE_BYTES },
             Self::Motion => AovFacts { name: "motion", pixel_bytes: MOTION_BYTES },
+            Self::Position => AovFacts { name: "position", pixel_bytes: POSITION_BYTES },
             Self::Material => AovFacts { name: "material", pixel_bytes: MATERIAL_BYTES },
         }
     }
@@ -69,6 +75,10 @@ pub struct AovInputs {
     pub names: Option<Vec<String>>,
     /// Partners by frame, if motion is asked for.
     pub partners: Option<BTreeMap<u64, Partner>>,
+    /// Point that positions count from, if they are asked for.
+    pub position_offset: Option<DVec3>,
+    /// Rays of each pixel along a side.
+    pub antialias: u32,
     /// Whether materials are asked for.
     pub material: bool,
     /// Curvature by which far ground appears lower.
@@ -100,11 +110,15 @@ impl AovArgs {
         Ok(())
     }
 
-    /// Adds the kinds to the settings that decide files; `path` is the flight's, of which motion in a frame needs more than its own pose.
-    pub fn record(&self, path: Option<&Path>, settings: &mut Value) {
+    /// Adds the kinds to the settings that decide files; `path` is the flight's, of which motion in a frame needs more than its own pose, `offset` what
+    /// positions count from.
+    pub fn record(&self, path: Option<&Path>, offset: DVec3, settings: &mut Value) {
         let names: Vec<_> = self.kinds().map(|kind| kind.facts().name).collect();
         if !names.is_empty() {
             settings["aov"] = json!(names);
+        }
+        if self.has(AovKind::Position) {
+            settings["position_offset_m"] = json!(offset.to_array());
         }
         if let Some(path) = path.filter(|_| self.has(AovKind::Motion)) {
             // It was read before, and is read again for the manifest, which says if it cannot be any more.
@@ -120,7 +134,7 @@ impl AovArgs {
 }
 
 impl AovInputs {
-    /// Adds to a frame the parts of its further channels that rendering leaves out: names in the matte, motion vectors, and that materials
+    /// Adds to a frame the parts of its further channels that rendering leaves out: names in the matte, motion vectors, positions, and that materials
     /// are written. `bodies` are the objects in the frame itself, as they were rendered.
     pub fn complete(
         &self,
@@ -144,6 +158,11 @@ impl AovInputs {
                 is_backward: partner.number < number,
             };
             frame.aov.motion = Some(motion(frame, &step, farm)?);
+        }
+        if let Some(offset) = self.position_offset {
+            let (curvature, antialias) = (self.curvature, self.antialias);
+            let inputs = PositionInputs { offset, curvature, bodies, antialias };
+            frame.aov.position = Some(map_positions(frame, &inputs, farm));
         }
         Ok(())
     }

@@ -30,6 +30,7 @@ mod pictures;
 mod places;
 mod playback;
 mod plot;
+mod poses;
 mod product;
 mod program;
 mod progress;

@@ -14,7 +14,7 @@ use crate::trust::DamagedPage;
 use hedgehop::colour::srgb8_picture;
 use hedgehop::encode::check::{Existing, existing};
 use hedgehop::encode::sidecar::{
-    DamagedRecord, DatabaseRecord, FlightRecord, FrameRecord, Manifest, settings_digest,
+    DamagedRecord, DatabaseRecord, FlightRecord, FrameRecord, Manifest, PosesRecord, settings_digest,
 };
 use hedgehop::encode::y4m::{Chroma, Y4mWriter};
 use hedgehop::encode::{FrameInfo, FramePattern, Written, write_frame, write_picture};
@@ -40,11 +40,13 @@ pub struct Origin<'a> {
     pub path: Option<&'a Path>,
     /// Frames per second of the numbering.
     pub timeline: Timeline,
+    /// Files of poses besides `poses.csv`, if any are asked for.
+    pub poses: Option<PosesRecord>,
     /// Everything else that decides the pictures.
     pub settings: Value,
 }
 
-/// Numbered files, and `poses.csv` and `manifest.json` beside those of a path.
+/// Numbered files, and poses and `manifest.json` beside those of a path.
 #[derive(Debug)]
 pub struct Files<'a> {
     origin: Origin<'a>,
@@ -143,7 +145,9 @@ impl<'a> Files<'a> {
             let track = fs::read(path).map_err(|error| Error::io(path, "read it", error))?;
             Ok(FlightRecord { file: file_name(path), blake3: blake3::hash(&track).to_hex().to_string() })
         });
-        Ok(Manifest::new(WRITER, database, flight.transpose()?, self.origin.settings.clone()))
+        let mut manifest = Manifest::new(WRITER, database, flight.transpose()?, self.origin.settings.clone());
+        manifest.poses.clone_from(&self.origin.poses);
+        Ok(manifest)
     }
 
     fn records(&self, existing: &[NumberedCamera]) -> Result<Vec<FrameRecord>> {

@@ -218,6 +218,11 @@ impl Setup {
         self.screen.is_none()
     }
 
+    /// Whether the picture is projected on a plane, through a lens or not.
+    pub fn is_planar(&self) -> bool {
+        self.screen.is_none()
+    }
+
     /// Whether the picture is a map, which looks straight down whatever the aircraft does.
     pub fn is_map(&self) -> bool {
         matches!(self.screen, Some(Screen::Orthographic { .. }))

@@ -15,6 +15,7 @@ use crate::interrupt::Interrupt;
 use crate::memory::{Late, Memory};
 use crate::pictures;
 use crate::playback::PlaybackArgs;
+use crate::poses::PoseArgs;
 use crate::program::program;
 use crate::progress::{Mode, Reporter};
 use crate::scene::SceneArgs;
@@ -183,6 +184,7 @@ fn flight(folder: &Path, area: &Path) -> Result<render::RenderArgs> {
         late: Late::default(),
         stats: false,
         traffic: None,
+        poses: PoseArgs::default(),
         aov: AovArgs::default(),
         trust: TrustArgs::default(),
         instructions: Instructions::default(),

@@ -39,6 +39,7 @@ use hedgehop::encode::video::{VideoSettings, encode_video};
 use hedgehop::encode::{FramePattern, FrameSet, Target};
 use hedgehop::flight::{FrameRate, Trajectory};
 use hedgehop::frame::hud::MiniMap;
+use hedgehop::frame::map_offset;
 use hedgehop::memory::{PageFile, Paging, ResidentPages};
 use hedgehop::progress::Observer;
 use hedgehop::render::{NumberedCamera, RenderOptions, Renderer};
@@ -142,10 +143,12 @@ impl FrameRequest {
         let scene = args.trails.add_to(args.scene.read(reporter)?, &args.flight, reporter)?;
         let (finish, hud) = (args.finish.finish(scene.as_ref())?, args.finish.hud(scene.as_ref()));
         let setup = args.film.sized(&args.flight.screen)?.setup()?.behind_lens(finish.distortion)?;
-        conflicts::check_combination(args, scene.as_ref(), setup.size)?;
+        conflicts::check_combination(args, scene.as_ref(), &setup)?;
         args.aov.check(args.target(), &setup)?;
-        let is_exr = args.target() == Some(Target::Exr);
-        let product = if is_exr { Product::Frame } else { Product::Picture };
+        let product = match args.target() {
+            Some(Target::Exr | Target::Npy) => Product::Frame,
+            Some(Target::Png | Target::Y4m) | None => Product::Picture,
+        };
 
         let film = args.film.settings(args.fps)?;
         film.iter().try_for_each(|film| conflicts::check_film(args, scene.as_ref(), film))?;
@@ -220,9 +223,9 @@ pub fn fly(args: &RenderArgs, file: PageFile, reporter: &Reporter) -> Result<Don
 
     // Pages that are loaded before take no frame's time.
     let begun = Instant::now();
-    let aov_inputs = aov_inputs(args, setup, &flight, options.curvature);
+    let aov_inputs = aov_inputs(args, &request, source.header(), &flight, options.curvature);
     if *product == Product::Frame && (finish.is_developed() || !hud.is_empty()) {
-        reporter.note("EXR holds linear light: exposure, curves, vignette and instruments are left out");
+        reporter.note(notes::left_out(args.target()));
     }
 
     let finishing = Finishing {
@@ -294,11 +297,24 @@ fn render_options(
 }
 
 /// Returns what frames need for the further channels that were asked for.
-fn aov_inputs(args: &RenderArgs, setup: &Setup, flight: &BoundFlight, curvature: Curvature) -> AovInputs {
-    let partners = args.aov.has(AovKind::Motion).then(|| flight.partners(setup));
+fn aov_inputs(
+    args: &RenderArgs,
+    request: &FrameRequest,
+    header: &Header,
+    flight: &BoundFlight,
+    curvature: Curvature,
+) -> AovInputs {
+    let partners = args.aov.has(AovKind::Motion).then(|| flight.partners(&request.setup));
     let wants_matte = args.aov.has(AovKind::Cryptomatte);
     let names = wants_matte.then(|| flight.playing.as_ref().map(Playing::names).unwrap_or_default());
-    AovInputs { names, partners, material: args.aov.has(AovKind::Material), curvature }
+    AovInputs {
+        names,
+        partners,
+        position_offset: args.aov.has(AovKind::Position).then(|| map_offset(&header.grid)),
+        antialias: request.finish.antialias,
+        material: args.aov.has(AovKind::Material),
+        curvature,
+    }
 }
 
 /// Returns the map that the instruments of pictures show, if they show one.
@@ -353,12 +369,18 @@ fn deliver(
         return Ok(Delivered { files, rendered, fineness });
     }
 
+    if let Some(note) = args.poses.note(options.curvature) {
+        reporter.note(&note);
+    }
+    let header = sequence.pages.header();
     let mut settings = settings(args, scene, setup, options);
+    args.aov.record(args.flight.path.as_deref(), map_offset(&header.grid), &mut settings);
     finish::record(finish, hud, *product == Product::Frame, &mut settings);
     let origin = Origin {
         area: &args.area,
-        header: sequence.pages.header(),
+        header,
         path: args.flight.path.as_deref(),
+        poses: args.poses.record(&header.grid),
         timeline: sequence.motion.timeline,
         settings,
     };
@@ -401,7 +423,6 @@ fn settings(args: &RenderArgs, scene: Option<&Scene>, setup: &Setup, options: &R
     args.trails.record(&mut settings);
     scene::record(scene, &mut settings);
     scene::record_weather(&options.weather, &mut settings);
-    args.aov.record(flight.path.as_deref(), &mut settings);
 
     settings
 }

@@ -4,12 +4,14 @@ use std::path::{Path, PathBuf};
 
 use super::flags::RenderArgs;
 use crate::args::check_no_input;
+use crate::screen::Setup;
 use crate::{scene, traffic};
 use hedgehop::encode::atomic::check_writable;
+use hedgehop::encode::poses::PoseFormat;
 use hedgehop::encode::video::{VideoSettings, check_video};
 use hedgehop::encode::{FramePattern, Target, sidecar};
 use hedgehop::scene::Scene;
-use hedgehop::{Error, Result, Size};
+use hedgehop::{Error, Result};
 
 /// Refuses frames that would take the place of what they are made of.
 pub fn check_frames(args: &RenderArgs, scene: Option<&Scene>, frames: &[PathBuf]) -> Result<()> {
@@ -21,7 +23,7 @@ pub fn check_frames(args: &RenderArgs, scene: Option<&Scene>, frames: &[PathBuf]
 }
 
 /// Refuses before the first frame what would fail, or destroy an input, after the last one.
-pub fn check_combination(args: &RenderArgs, scene: Option<&Scene>, size: Size) -> Result<()> {
+pub fn check_combination(args: &RenderArgs, scene: Option<&Scene>, setup: &Setup) -> Result<()> {
     let is_stream = args.target() == Some(Target::Y4m);
     let mut inputs: Vec<&Path> = args.flight.path.as_deref().into_iter().collect();
     inputs.extend(scene::inputs(scene));
@@ -32,6 +34,7 @@ pub fn check_combination(args: &RenderArgs, scene: Option<&Scene>, size: Size) -
         }
         sidecar::Manifest::check_folder(folder)?;
     }
+    check_poses(args, &inputs, setup)?;
 
     if let Some(map) = &args.traffic {
         inputs.push(&args.area);
@@ -49,7 +52,10 @@ pub fn check_combination(args: &RenderArgs, scene: Option<&Scene>, size: Size) -
             "--video is made without y4m: leave out -o, or write frames to make it of with -o frames/####.png"
                 .into(),
         )),
-        Some(_) if size.width.min(size.height) < 2 => Err(Error::Configuration(
+        Some(_) if args.target() == Some(Target::Npy) => Err(Error::Configuration(
+            "--video is made from pictures, and NPY holds depth; write frames with -o frames/####.png".into(),
+        )),
+        Some(_) if setup.size.width.min(setup.size.height) < 2 => Err(Error::Configuration(
             "--video has pictures of even sizes, 2x2 pixels at least; ask for a larger --size".into(),
         )),
         _ => Ok(()),
@@ -80,4 +86,38 @@ pub fn check_film(args: &RenderArgs, scene: Option<&Scene>, film: &VideoSettings
     check_no_input("--video", &film.out, &inputs)?;
     check_video(film)?;
     check_writable(&film.out)
+}
+
+/// Refuses files of poses that would be of no flight, or tell what they have no words for.
+fn check_poses(args: &RenderArgs, inputs: &[&Path], setup: &Setup) -> Result<()> {
+    let formats = &args.poses.poses;
+    let refuse = |what: &str| Err(Error::Configuration(what.to_owned()));
+    if formats.is_empty() {
+        return Ok(());
+    }
+    let Some(output) = args.output.as_ref().filter(|output| output.target() != Target::Y4m) else {
+        return refuse("--poses writes files beside frames; write these with -o frames/####.png");
+    };
+    let (Some(_), Some(folder)) = (&args.flight.path, output.folder()) else {
+        return refuse(
+            "--poses tells the poses of a flight; give it a --path, or leave it out: a picture of --eye says its own pose",
+        );
+    };
+    if !setup.is_planar() && formats.iter().any(|format| format.describes_cameras()) {
+        return refuse(
+            "--poses transforms and colmap describe planar screens, through a lens or not; leave --screen out, or take --poses tum",
+        );
+    }
+    let name = output.path(1).file_name().unwrap_or_default().to_string_lossy().into_owned();
+    if formats.contains(&PoseFormat::Colmap) && name.contains(char::is_whitespace) {
+        return refuse(
+            "COLMAP reads names without blanks; name frames otherwise (-o), or leave --poses colmap out",
+        );
+    }
+
+    for format in formats {
+        format.files().iter().try_for_each(|name| check_no_input("-o", &folder.join(name), inputs))?;
+        format.check_folder(folder)?;
+    }
+    Ok(())
 }

@@ -8,6 +8,7 @@ use crate::args::{Instructions, Overlap, Workers};
 use crate::exit;
 use crate::finish::FinishArgs;
 use crate::memory::{Late, Memory};
+use crate::poses::PoseArgs;
 use crate::progress::Mode;
 use crate::scene::SceneArgs;
 use crate::trails::TrailArgs;
@@ -69,6 +70,9 @@ pub struct RenderArgs {
     /// Draw a map of the database's pages by the first frame that needed them
     #[arg(long, value_name = "MAP.svg")]
     pub traffic: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub poses: PoseArgs,
 
     #[command(flatten)]
     pub aov: AovArgs,

@@ -7,6 +7,7 @@ use crate::memory::Late;
 use crate::progress::Reporter;
 use crate::sequence::Fineness;
 use hedgehop::Result;
+use hedgehop::encode::Target;
 use hedgehop::progress::Observer;
 use hedgehop::render::{Engine, NumberedCamera, RenderOptions, Renderer, Unserved};
 use hedgehop::sunlight::Sun;
@@ -22,6 +23,14 @@ pub fn elsewhere(is_whole: bool, is_damaged: bool) -> &'static str {
         (true, true) => ", where pages are damaged",
         (false, false) => ", outside of corridors",
         (false, true) => ", outside of corridors or where pages are damaged",
+    }
+}
+
+/// Says that files of light or depth hold no finished pictures.
+pub fn left_out(target: Option<Target>) -> &'static str {
+    match target {
+        Some(Target::Npy) => "NPY holds depth: exposure, curves, vignette and instruments are left out",
+        _ => "EXR holds linear light: exposure, curves, vignette and instruments are left out",
     }
 }
 
