@@ -23,6 +23,7 @@ mod objects;
 mod page_planner;
 mod page_sources;
 mod planes;
+mod positions;
 mod refusals;
 mod residency;
 mod scan;

@@ -20,3 +20,4 @@ mod shadow_heights;
 mod sheets;
 mod trails;
 mod videos;
+mod vision;

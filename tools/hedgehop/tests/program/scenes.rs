@@ -182,15 +182,23 @@ fn further_channels_are_for_exr_and_made_when_asked_for() {
     let site = site();
     let fly = |args: &str| run(&site, &format!("{FLY} --frames 10-11 {args}"));
     ends(&fly("-o plain/####.exr"), 0);
-    ends(&fly("--aov cryptomatte,motion -o aov/####.exr"), 0);
-    ends(&fly("--aov cryptomatte,motion -j 1 -o one/####.exr"), 0);
+    ends(&fly("--aov cryptomatte,motion,position -o aov/####.exr"), 0);
+    ends(&fly("--aov cryptomatte,motion,position -j 1 -o one/####.exr"), 0);
 
     for number in ["0010", "0011"] {
         let file =
             |folder: &str| fs::read(site.path().join(format!("{folder}/{number}.exr"))).expect("a frame");
         let has = |bytes: &[u8], text: &str| bytes.windows(text.len()).any(|part| part == text.as_bytes());
         let (plain, aov) = (file("plain"), file("aov"));
-        for text in ["forward.u", "CryptoObject02.A", "\"car\":\"", "\"ground\":\"", "MurmurHash3_32"] {
+        for text in [
+            "forward.u",
+            "P.Z",
+            "hedgehop.position_offset_m",
+            "CryptoObject02.A",
+            "\"car\":\"",
+            "\"ground\":\"",
+            "MurmurHash3_32",
+        ] {
             assert!(has(&aov, text) && !has(&plain, text), "{number}: {text}");
         }
         assert!(aov == file("one"), "{number} differs with one worker");
@@ -198,7 +206,8 @@ fn further_channels_are_for_exr_and_made_when_asked_for() {
 
     let manifest = fs::read_to_string(site.path().join("aov/manifest.json")).expect("a manifest");
     let manifest: serde_json::Value = serde_json::from_str(&manifest).expect("JSON");
-    assert_eq!(manifest["settings"]["aov"], serde_json::json!(["cryptomatte", "motion"]));
+    assert_eq!(manifest["settings"]["aov"], serde_json::json!(["cryptomatte", "motion", "position"]));
+    assert_eq!(manifest["settings"]["position_offset_m"], serde_json::json!([0.0, 0.0, 0.0]));
     assert!(ends(&fly("--aov motion --skip-existing -o aov/####.exr"), 0).contains("rendered 2 frames"));
 
     // Frames whose next ones are elsewhere move otherwise.
