@@ -86,7 +86,11 @@ fn read(path: &Path) -> Result<Scene> {
     let lights = read_lights(&reading, &table.light)?;
     let plumes = read_plumes(&reading, table.plume)?;
     let numbered = table.trail.iter().zip(1..);
-    let trails = numbered.map(|(table, number)| trail(&reading, table, number, &objects, &mut hasher));
+    let fixes = |name: &str| {
+        let object = objects.iter().find(|object| object.name == name)?;
+        Some(object.track.fixes.len())
+    };
+    let trails = numbered.map(|(table, number)| trail(&reading, table, number, &fixes, &mut hasher));
     let trails = trails.collect::<Result<_>>()?;
 
     let mut scene = Scene {

@@ -6,8 +6,6 @@ use glam::Vec3;
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::Object;
-use super::object_table::check_name;
 use super::place::Above;
 use super::track_file::TrackFile;
 use crate::flight::Track;
@@ -117,20 +115,22 @@ impl Trail {
     }
 }
 
-/// Reads the trail that is the `number`th of its scene, from 1 on, which has `objects`.
+/// Reads the trail that is the `number`th of its scene, from 1 on; `fixes` tells how many the track of an object has, by its name.
 pub(super) fn trail(
     reading: &Reading<'_>,
     table: &Spanned<TrailTable>,
     number: usize,
-    objects: &[Object],
+    fixes: &dyn Fn(&str) -> Option<usize>,
     hasher: &mut blake3::Hasher,
 ) -> Result<Trail> {
     let (span, table) = (table.span(), table.get_ref());
     let name = table.name.clone().unwrap_or_else(|| format!("trail {number}"));
-    check_name(reading, "a trail", &name, &span)?;
+    if name.trim().is_empty() || name.chars().any(char::is_control) || name.chars().count() > 200 {
+        return Err(reading.wrong(span, "a trail's name must be 1 to 200 printable characters"));
+    }
 
     let source = match (&table.object, &table.track) {
-        (Some(object), None) => of_object(reading, table, object, objects)?,
+        (Some(object), None) => of_object(reading, table, object, fixes)?,
         (None, Some(track)) => of_file(reading, table, &name, track, hasher)?,
         (Some(_), Some(track)) => {
             return Err(reading.wrong(track.span(), "give object or track, not both"));
@@ -178,7 +178,7 @@ fn of_object(
     reading: &Reading<'_>,
     table: &TrailTable,
     name: &Spanned<String>,
-    objects: &[Object],
+    fixes: &dyn Fn(&str) -> Option<usize>,
 ) -> Result<TrailSource> {
     let given = [
         table.track_number.as_ref().map(Spanned::span),
@@ -192,10 +192,10 @@ fn of_object(
     }
 
     let wanted = name.get_ref();
-    let Some(object) = objects.iter().find(|object| object.name == *wanted) else {
+    let Some(count) = fixes(wanted) else {
         return Err(reading.wrong(name.span(), format!("there is no object `{wanted}`")));
     };
-    if object.track.fixes.len() < 2 {
+    if count < 2 {
         let what = format!("object `{wanted}` stands, and leaves no trail; give it a track");
         return Err(reading.wrong(name.span(), what));
     }
