@@ -8,7 +8,7 @@ use toml::Spanned;
 
 use super::place::Above;
 use super::track_file::TrackFile;
-use crate::flight::Track;
+use crate::flight::{BindOptions, Track};
 use crate::scene::colour::srgb;
 use hedgehop_base::colour::linear_from_srgb8;
 use hedgehop_base::document::Reading;
@@ -72,8 +72,8 @@ pub enum TrailSource {
         track: Track,
         /// Seconds after the flight's first fix at which the track's first fix is.
         start: f64,
-        /// Least height above ground, metres, to which it is raised, as of [`crate::flight::BindOptions`].
-        clearance: Option<f64>,
+        /// Options by which it becomes a way.
+        options: BindOptions,
     },
 }
 
@@ -225,7 +225,7 @@ fn of_file(
     let start = table.start_s.as_ref();
     let start =
         start.map_or(Ok(0.0), |start| reading.number("start_s", start, |_| true, "must be finite"))?;
-    Ok(TrailSource::Track { track, start, clearance: None })
+    Ok(TrailSource::Track { track, start, options: BindOptions::default() })
 }
 
 /// Colours along the way.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3, Vec3};
 
 use super::trail::{Trail, TrailColour, TrailQuantity, TrailSource};
-use crate::flight::{BindOptions, Trajectory};
+use crate::flight::Trajectory;
 use crate::objects::{ColourRamp, Ribbon, RibbonLine, RibbonSample};
 use hedgehop_base::colour::linear_from_srgb8;
 use hedgehop_base::error::{Error, Result};
@@ -77,9 +77,8 @@ impl TrailCast {
                     let way = way(name).ok_or_else(|| wrong(&format!("there is no object `{name}`")))?;
                     Ok(BoundTrail::new(trail, &way))
                 }
-                TrailSource::Track { track, start, clearance } => {
-                    let options = BindOptions { clearance: *clearance, ..BindOptions::default() };
-                    let trajectory = Trajectory::bind(track, crs, ground, &options)
+                TrailSource::Track { track, start, options } => {
+                    let trajectory = Trajectory::bind(track, crs, ground, options)
                         .map_err(|error| wrong(&error.to_string()))?;
                     let place = Box::new(|seconds| trajectory.position_at(seconds));
                     Ok(BoundTrail::new(trail, &FlownWay { trajectory: &trajectory, place, start: *start }))

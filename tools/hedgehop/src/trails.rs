@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use crate::playback;
 use crate::view::FlightArgs;
 use hedgehop::colour::linear_from_srgb8;
-use hedgehop::flight::{Track, read_track};
+use hedgehop::flight::{BindOptions, Track, read_track};
 use hedgehop::objects::Form;
 use hedgehop::progress::Observer;
 use hedgehop::scene::{Beyond, Object, Scene, Trail, TrailColour, TrailQuantity, TrailSource};
@@ -120,7 +120,12 @@ impl TrailArgs {
             }
             // What there is to say of the path is said of the flight.
             let track = Track { notes: Vec::new(), ..own };
-            let source = TrailSource::Track { track, start: 0.0, clearance: flight.clearance };
+            let options = BindOptions {
+                clearance: flight.clearance,
+                smoothing: flight.smoothing.smoothing(),
+                ..BindOptions::default()
+            };
+            let source = TrailSource::Track { track, start: 0.0, options };
             scene.trails.push(self.trail(source, colour));
         }
 
