@@ -155,7 +155,7 @@ fn use_sound_and_chapters_decide_what_ffmpeg_is_asked_for() {
     };
 
     let plain = asked(&film(&out));
-    assert!(plain.contains(" -i - -an -vf ") && plain.contains("-preset medium -crf 18"), "{plain}");
+    assert!(plain.contains(" -i - -an -vf ") && plain.contains("-preset veryfast -crf 17"), "{plain}");
     let draft = asked(&VideoSettings { quality: VideoQuality::Draft, ..film(&out) });
     assert!(draft.contains("-preset veryfast"), "{draft}");
 
