@@ -39,7 +39,7 @@ pub struct StrokePiece {
     pub along: f32,
     /// Pixels from its middle to the end of its colour, and to that of its outline.
     pub half: [f32; 2],
-    /// Its two ends.
+    /// Ends of the stroke.
     pub ends: [StrokeEnd; 2],
 }
 
@@ -83,7 +83,7 @@ struct Layer {
 pub struct StrokeCover {
     /// Share of what is behind the ribbons that is seen.
     pub through: f32,
-    /// Their light, linear Rec. 709.
+    /// Light of strokes, linear Rec. 709.
     pub light: Vec3,
     /// Range of the nearest that hides half of what is behind it or more, metres.
     pub range: Option<f32>,

@@ -57,7 +57,7 @@ pub enum TrailQuantity {
 pub enum TrailColour {
     /// The same all along: linear Rec. 709, as pictures show it without haze.
     Plain(Vec3),
-    /// Those of a quantity, from a low value of it to a high one; `None`: from the track's own.
+    /// Colours of a quantity, from a low value of it to a high one; `None`: from the track's own.
     By(TrailQuantity, Option<[f64; 2]>),
 }
 
@@ -68,7 +68,7 @@ pub enum TrailSource {
     Object(String),
     /// A track.
     Track {
-        /// Its fixes, two or more.
+        /// Track of two fixes or more.
         track: Track,
         /// Seconds after the flight's first fix at which the track's first fix is.
         start: f64,
