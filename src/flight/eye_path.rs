@@ -28,6 +28,9 @@ const STEADY: f64 = 0.5;
 const ROPE: f64 = 5.0;
 const LAG: f64 = 1.0;
 
+/// Least distance of an eye that follows, in what the flight strays from the mean: it stays within some 25° of the middle.
+const IN_VIEW: f64 = 2.25;
+
 /// Part of a flight that a shot shows.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Stretch {
@@ -45,6 +48,8 @@ pub(super) struct Steadied {
     pub times: Vec<f64>,
     /// Places, metres.
     pub places: Vec<DVec3>,
+    /// Farthest that the flight strays from these about each time, metres; it changes gently.
+    strays: Vec<f64>,
 }
 
 impl Steadied {
@@ -70,8 +75,15 @@ impl Steadied {
             let offsets = window.iter().zip(&weights).map(|(place, weight)| (*place - window[0]) * *weight);
             window[0] + offsets.sum::<DVec3>() / sum
         };
-        let places = raw.windows(weights.len()).map(mean).collect();
-        Self { times: (0..=count).map(moment).collect(), places }
+        let places: Vec<DVec3> = raw.windows(weights.len()).map(mean).collect();
+
+        // The mean of a maximum over the same window is nowhere below what is strayed.
+        let strayed = raw[reach as usize..].iter().zip(&places).map(|(place, mean)| place.distance(*mean));
+        let strayed: Vec<f64> = strayed.collect();
+        let farthest = over(&strayed, reach as usize, |window| window.iter().copied().fold(0.0, f64::max));
+        let strays =
+            over(&farthest, reach as usize, |window| window.iter().sum::<f64>() / window.len() as f64);
+        Self { times: (0..=count).map(moment).collect(), places, strays }
     }
 
     /// Returns the places of an eye that is towed; `heading` is the flight's at its beginning, degrees.
@@ -80,13 +92,15 @@ impl Steadied {
         let (sin, cos) = heading.to_radians().sin_cos();
         let mut towed = self.places[0].truncate() - rope * DVec2::new(sin, cos);
 
-        let eye = |place: &DVec3| {
+        let length = DVec3::new(chase.back, chase.side, chase.up).length();
+        let eye = |(place, strays): (&DVec3, &f64)| {
             let along = (place.truncate() - towed).normalize_or(DVec2::Y);
             towed = place.truncate() - rope * along;
             let right = DVec2::new(along.y, -along.x);
-            *place + (chase.side * right - chase.back * along).extend(chase.up)
+            let farther = (IN_VIEW * strays / length).max(1.0);
+            *place + farther * (chase.side * right - chase.back * along).extend(chase.up)
         };
-        self.places.iter().map(eye).collect()
+        self.places.iter().zip(&self.strays).map(eye).collect()
     }
 
     /// Returns the places of an eye on a circle around `centre`, or around the flight; `heading` is the flight's at the beginning,
@@ -107,4 +121,10 @@ impl Steadied {
         let length = self.times[self.times.len() - 1] - self.times[0];
         if length > 0.0 { way / length } else { 0.0 }
     }
+}
+
+/// Values of a function of all values within `reach` places of each.
+fn over(values: &[f64], reach: usize, of: impl Fn(&[f64]) -> f64) -> Vec<f64> {
+    let window = |index: usize| &values[index.saturating_sub(reach)..values.len().min(index + reach + 1)];
+    (0..values.len()).map(|index| of(window(index))).collect()
 }

@@ -92,8 +92,9 @@ impl Rig {
         shots: &[Shot],
         site: &FilmSite<'_>,
     ) -> Result<Self> {
-        let aboard = [Shot::default()];
-        let shots = if shots.is_empty() { &aboard } else { shots };
+        // Until the first shot begins, the eye is aboard.
+        let aboard = shots.first().is_none_or(|first| first.from > 0.0).then(Shot::default);
+        let shots: Vec<&Shot> = aboard.iter().chain(shots).collect();
         let ends = shots[1..].iter().map(|shot| shot.from).chain([flight.duration()]);
         let mut rig = Self { flight, shots: Vec::with_capacity(shots.len()), notes: Vec::new() };
 
@@ -218,8 +219,10 @@ impl KeyedPath {
     /// Puts keys over the database.
     fn bind(keys: &Keys, site: &FilmSite<'_>, notes: &mut Vec<String>) -> Result<Self> {
         let options = BindOptions { clearance: site.clearance.or(Some(CLEARANCE)), ..BindOptions::default() };
-        let path = Trajectory::bind(&keys.track, site.crs, site.ground, &options)?;
-        notes.extend(path.notes().iter().cloned());
+        let path = bound_place(&keys.track, site, &options)?;
+        if path.raised() > 0.0 {
+            notes.push(raised_note(path.raised()));
+        }
         let times = keys.track.fixes.iter().map(|fix| fix.time).collect();
         Ok(Self { path, start: keys.start, keys: times, ease: keys.ease })
     }
@@ -237,25 +240,33 @@ impl KeyedPath {
     }
 }
 
+fn raised_note(metres: f64) -> String {
+    format!("The camera was raised over the ground by up to {metres:.1} m.")
+}
+
 /// Lifts a path over the ground and what stands there.
 fn clear(path: Spline, stretch: Stretch, site: &FilmSite<'_>, notes: &mut Vec<String>) -> Spline {
     let least = vec![Some(site.clearance.unwrap_or(CLEARANCE)); path.times().len()];
     let Some(lifted) = ground::lift(&path, &least, stretch.pace, site.ground) else { return path };
-    notes.push(format!("The camera was raised over the ground by up to {:.1} m.", lifted.most));
+    notes.push(raised_note(lifted.most));
     lifted.spline
 }
 
 /// A place, metres of the database's system.
 fn place(track: &Track, site: &FilmSite<'_>) -> Result<DVec3> {
-    let bound = Trajectory::bind(track, site.crs, site.ground, &BindOptions::default());
-    match bound {
-        Ok(bound) => Ok(bound.pose_at(0.0).eye),
+    bound_place(track, site, &BindOptions::default()).map(|bound| bound.pose_at(0.0).eye)
+}
+
+/// Binds places that are no flight.
+fn bound_place(track: &Track, site: &FilmSite<'_>, options: &BindOptions) -> Result<Trajectory> {
+    match Trajectory::bind(track, site.crs, site.ground, options) {
+        Ok(bound) => Ok(bound),
         // What would help a path helps no place.
         Err(Error::Invalid { what, .. }) => {
             let what = what.split(';').next().unwrap_or_default();
             let whose = track.path.display();
             Err(Error::Configuration(format!(
-                "{whose}: {what}; look at a place on the database's ground, or give its altitude above sea level"
+                "{whose}: {what}; take a place on the database's ground, or give its altitude above sea level"
             )))
         }
         Err(other) => Err(other),

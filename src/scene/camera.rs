@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::mem::discriminant;
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
 
 use serde::Deserialize;
 use toml::Spanned;
@@ -17,6 +17,9 @@ const FARTHEST: f64 = 1.0e6;
 
 /// Longest time of a shot, seconds.
 const LONGEST: f64 = 1.0e7;
+
+/// Narrowest and widest field of view, degrees, as of `--hfov`.
+const FIELDS: RangeInclusive<f64> = 0.01..=175.0;
 
 /// Seconds that an orbit takes, unless it is told.
 const TURN: f64 = 60.0;
@@ -329,10 +332,10 @@ impl Table<'_> {
             FieldOfView::Fixed(hfov) => (hfov, hfov),
             FieldOfView::Zoomed([from, to]) => (from, to),
         };
-        if [from, to].iter().all(|hfov| *hfov > 0.0 && *hfov < 180.0) {
+        if [from, to].iter().all(|hfov| FIELDS.contains(hfov)) {
             return Ok(Some(Zoom { from, to, ease: self.ease() }));
         }
-        Err(self.reading.wrong(hfov.span(), "hfov_deg must lie between 0 and 180 degrees"))
+        Err(self.reading.wrong(hfov.span(), "hfov_deg must lie between 0.01 and 175 degrees"))
     }
 
     fn ease(&self) -> Ease {
@@ -376,8 +379,8 @@ impl Table<'_> {
     }
 
     fn field_of_view(&self, hfov: &Spanned<f64>) -> Result<f64> {
-        let want = "must lie between 0 and 180 degrees";
-        self.reading.number("hfov_deg", hfov, |hfov| hfov > 0.0 && hfov < 180.0, want)
+        let want = "must lie between 0.01 and 175 degrees";
+        self.reading.number("hfov_deg", hfov, |hfov| FIELDS.contains(&hfov), want)
     }
 
     fn blind(&self, span: Range<usize>) -> Error {

@@ -104,6 +104,14 @@ fn a_fast_film_of_a_glider_that_circles_does_not_turn_with_it() {
         (rig_over(&flight, 30.0, &[], &|_| None), rig(&flight, 30.0, Mount::Chase(BEHIND)));
     assert!(frames(&aboard) > 15.0, "{}", frames(&aboard));
     assert!(frames(&chased) < 0.3, "{}", frames(&chased));
+
+    // It is in view all the while, though the camera follows its mean.
+    for step in 100..3500 {
+        let seconds = f64::from(step) / 3.0;
+        let Pose { eye, attitude, .. } = chased.pose_at(seconds);
+        let off = attitude.world_from_view().z_axis.angle_between(flight.pose_at(seconds).eye - eye);
+        assert!(off < 28.0_f64.to_radians(), "{}° at {seconds} s", off.to_degrees());
+    }
 }
 
 #[test]
@@ -152,6 +160,15 @@ fn eyes_of_their_own_rise_over_what_stands_and_gently() {
     let fastest = heights.windows(2).map(|pair| (pair[1] - pair[0]).abs() / 0.01).fold(0.0, f64::max);
     assert!(fastest < 12.0, "{fastest} m/s");
     assert!(chase.notes()[0].contains("17.0 m"), "{:?}", chase.notes());
+}
+
+#[test]
+fn until_the_first_shot_the_eye_is_aboard() {
+    let flight = north();
+    let later = Shot { from: 60.0, mount: Mount::Chase(BEHIND), ..Shot::default() };
+    let film = rig_over(&flight, 1.0, &[later], &|_| None);
+    assert_eq!(film.pose_at(30.0), flight.pose_at(30.0));
+    assert!(film.is_aboard_at(59.0) && !film.is_aboard_at(60.0));
 }
 
 #[test]

@@ -157,6 +157,7 @@ impl CameraArgs {
                     None => {
                         "that is no place, and there is no --scene with an object of that name".to_owned()
                     }
+                    Some(scene) if scene.path.as_os_str().is_empty() => "no flight has that name".to_owned(),
                     Some(scene) => format!("{} has no object of that name", scene.path.display()),
                 };
                 Err(Error::Configuration(format!("--look-at {name}: {what}; give X,Y,Z or an object's name")))

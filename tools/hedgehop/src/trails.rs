@@ -36,7 +36,7 @@ pub struct TrailArgs {
     pub trail: Option<TrailColour>,
 
     /// Length of trails, back from where the flight is: 90s, 2m30s [default: since the first fix]
-    #[arg(long, value_name = "TIME", value_parser = playback::duration, allow_hyphen_values = true)]
+    #[arg(long, value_name = "TIME", value_parser = tail, allow_hyphen_values = true)]
     pub tail: Option<f64>,
 
     /// Another recorded flight, which is shown as a ball with a trail, at the same time by the clocks of both files, else from the first fix on; may be repeated
@@ -55,6 +55,12 @@ fn colour(text: &str) -> std::result::Result<TrailColour, String> {
             .map(plain)
             .ok_or_else(|| "want altitude, speed, climb, or a colour, such as #ff8c00".to_owned()),
     }
+}
+
+/// A length of time above 0, seconds.
+fn tail(text: &str) -> std::result::Result<f64, String> {
+    playback::duration(text)
+        .map_err(|_| "want how far back trails reach, above 0, such as 90s or 2m30s".to_owned())
 }
 
 /// `#rrggbb`.

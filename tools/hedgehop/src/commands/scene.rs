@@ -97,6 +97,14 @@ fn description(scene: &Scene) -> String {
         None => {}
     }
 
+    match scene.cameras.len() {
+        0 => {}
+        1 => text.push_str("  1 camera\n"),
+        count => {
+            let _ = writeln!(text, "  {count} cameras");
+        }
+    }
+
     if scene.shadows == Some(true) {
         let _ = writeln!(text, "  shadows of the ground");
     }
