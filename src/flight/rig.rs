@@ -82,7 +82,7 @@ struct KeyedPath {
 }
 
 impl Rig {
-    /// Puts shots over a flight; without any, the eye is aboard and looks along the nose.
+    /// Puts shots, by their beginnings, over a flight; before the first one the eye is aboard and looks along the nose.
     ///
     /// # Errors
     /// [`Error::Configuration`] for a place that the reference system does not have, or an object that the scene does not have.
@@ -92,17 +92,19 @@ impl Rig {
         shots: &[Shot],
         site: &FilmSite<'_>,
     ) -> Result<Self> {
+        let duration = flight.duration();
+        let (shots, late) = shots.split_at(shots.partition_point(|shot| shot.from <= duration));
+        let notes = late.iter().map(|shot| {
+            format!("The camera from {} s on sees nothing: the flight ends at {duration:.1} s.", shot.from)
+        });
+        let mut rig = Self { flight, shots: Vec::with_capacity(shots.len() + 1), notes: notes.collect() };
+
         // Until the first shot begins, the eye is aboard.
         let aboard = shots.first().is_none_or(|first| first.from > 0.0).then(Shot::default);
         let shots: Vec<&Shot> = aboard.iter().chain(shots).collect();
-        let ends = shots[1..].iter().map(|shot| shot.from).chain([flight.duration()]);
-        let mut rig = Self { flight, shots: Vec::with_capacity(shots.len()), notes: Vec::new() };
-
+        let ends = shots[1..].iter().map(|shot| shot.from).chain([duration]);
         for (shot, end) in shots.iter().zip(ends) {
-            let begin = shot.from.min(rig.flight.duration());
-            let stretch =
-                Stretch { begin, end: end.clamp(begin, rig.flight.duration()), pace: timeline.speed() };
-            let bound = rig.bound(shot, stretch, site)?;
+            let bound = rig.bound(shot, Stretch { begin: shot.from, end, pace: timeline.speed() }, site)?;
             rig.shots.push(bound);
         }
 
@@ -261,7 +263,7 @@ fn place(track: &Track, site: &FilmSite<'_>) -> Result<DVec3> {
 fn bound_place(track: &Track, site: &FilmSite<'_>, options: &BindOptions) -> Result<Trajectory> {
     match Trajectory::bind(track, site.crs, site.ground, options) {
         Ok(bound) => Ok(bound),
-        // What would help a path helps no place.
+        // Remedies for a path are none for a place.
         Err(Error::Invalid { what, .. }) => {
             let what = what.split(';').next().unwrap_or_default();
             let whose = track.path.display();

@@ -105,7 +105,7 @@ fn a_fast_film_of_a_glider_that_circles_does_not_turn_with_it() {
     assert!(frames(&aboard) > 15.0, "{}", frames(&aboard));
     assert!(frames(&chased) < 0.3, "{}", frames(&chased));
 
-    // It is in view all the while, though the camera follows its mean.
+    // The glider is in view all the while, though the camera follows the mean of its way.
     for step in 100..3500 {
         let seconds = f64::from(step) / 3.0;
         let Pose { eye, attitude, .. } = chased.pose_at(seconds);
@@ -160,6 +160,40 @@ fn eyes_of_their_own_rise_over_what_stands_and_gently() {
     let fastest = heights.windows(2).map(|pair| (pair[1] - pair[0]).abs() / 0.01).fold(0.0, f64::max);
     assert!(fastest < 12.0, "{fastest} m/s");
     assert!(chase.notes()[0].contains("17.0 m"), "{:?}", chase.notes());
+}
+
+#[test]
+fn a_look_ahead_is_at_where_the_flight_will_be_and_never_jumps() {
+    // To the east at 10 m/s, sinking by 1 m/s, for a minute; then it stands for another.
+    let flight = flight(120, |time| DVec3::new(10.0 * time.min(60.0), 0.0, 500.0 - time.min(60.0)));
+    let ahead = |lead: f64| {
+        let shot = Shot { look: Some(Look::Ahead(lead)), ..Shot::default() };
+        rig_over(&flight, 1.0, &[shot], &|_| None)
+    };
+    let found = ahead(10.0).pose_at(20.0).attitude;
+    assert!((found.yaw - 90.0).abs() < 1e-9 && found.roll == 0.0, "{found:?}");
+    assert!((found.pitch + (0.1_f64).atan().to_degrees()).abs() < 1e-9, "{found:?}");
+
+    // Beyond the last fix the flight goes straight on, and who stands looks along the nose.
+    let standing = ahead(5.0).pose_at(118.0).attitude;
+    assert!((standing.yaw - 90.0).abs() < 1e-9 && standing.pitch.abs() < 1e-9, "{standing:?}");
+    let near = ahead(5.0);
+    let mut before = near.pose_at(30.0).attitude;
+    for step in 1..9000 {
+        let after = near.pose_at(30.0 + 0.01 * f64::from(step)).attitude;
+        let turn = (after.yaw - before.yaw).abs().max((after.pitch - before.pitch).abs());
+        assert!(turn < 1.0, "{turn}° at step {step}: {after:?}");
+        before = after;
+    }
+}
+
+#[test]
+fn shots_behind_the_end_are_left_out_and_told() {
+    let flight = north();
+    let late = Shot { from: 120.5, mount: Mount::Chase(BEHIND), ..Shot::default() };
+    let film = rig_over(&flight, 1.0, &[Shot::default(), late], &|_| None);
+    assert_eq!(film.pose_at(120.0), flight.pose_at(120.0));
+    assert!(film.notes()[0].contains("120.5 s"), "{:?}", film.notes());
 }
 
 #[test]
