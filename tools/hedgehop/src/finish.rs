@@ -158,7 +158,7 @@ impl Finishing<'_> {
     fn moment(&self, number: u64, camera: &Camera, playing: Option<&Playing>, offset: f64) -> Moment {
         let frame = self.motion.timeline.seconds_at(number);
         let seconds = frame + offset;
-        let scenery = playing.map(|playing| playing.scenery_at(seconds)).unwrap_or_default();
+        let scenery = playing.map(|playing| playing.scenery_in_frame(number, seconds)).unwrap_or_default();
         if offset == 0.0 {
             return Moment { camera: camera.clone(), scenery, seconds };
         }

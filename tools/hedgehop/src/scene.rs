@@ -185,12 +185,13 @@ impl Playing {
 
     /// Returns the scenery in a frame.
     pub fn scenery(&self, number: u64) -> Scenery {
-        self.scenery_at(self.seconds(number))
+        self.scenery_in_frame(number, self.seconds(number))
     }
 
-    /// Returns the scenery so many seconds after the flight's first fix.
-    pub fn scenery_at(&self, seconds: f64) -> Scenery {
-        if self.rig.as_ref().is_some_and(|rig| rig.is_aboard_at(seconds)) {
+    /// Returns the scenery so many seconds after the flight's first fix, as the camera of a frame sees it: a shutter does not see
+    /// across a cut.
+    pub fn scenery_in_frame(&self, number: u64, seconds: f64) -> Scenery {
+        if self.rig.as_ref().is_some_and(|rig| rig.is_aboard_at(self.seconds(number))) {
             return self.cast.from_aboard(seconds);
         }
         self.cast.at(seconds)
