@@ -1,5 +1,7 @@
 //! Shots of a film: which camera sees which part of a flight.
 
+use std::ops::RangeInclusive;
+
 use super::track::Track;
 
 /// Part of a film that one camera sees.
@@ -49,6 +51,37 @@ pub struct Orbit {
     pub up: f64,
     /// Seconds of the film that a turn takes: clockwise from above, or if negative the other way; not 0.
     pub period: f64,
+}
+
+/// Farthest that an eye is from what it follows, metres.
+const FARTHEST: f64 = 1.0e6;
+
+/// Seconds of the film that an orbit takes, unless it is told.
+const TURN: f64 = 60.0;
+
+/// Shortest and longest turn, seconds of the film.
+const TURNS: RangeInclusive<f64> = 1.0..=1.0e7;
+
+impl Chase {
+    /// Reads `[back, up]` or `[back, up, side]`, metres; `None`: they say no place, or that of what flies.
+    pub fn of(offsets: &[f64]) -> Option<Self> {
+        let chase = match *offsets {
+            [back, up] => Self { back, up, side: 0.0 },
+            [back, up, side] => Self { back, up, side },
+            _ => return None,
+        };
+        let is_near = offsets.iter().all(|offset| offset.abs() <= FARTHEST);
+        (is_near && offsets.iter().any(|offset| *offset != 0.0)).then_some(chase)
+    }
+}
+
+impl Orbit {
+    /// Reads a radius and a height, metres, and the seconds of the film that a turn takes; `None`: they say no circle.
+    pub fn of([radius, up]: [f64; 2], period: Option<f64>) -> Option<Self> {
+        let period = period.unwrap_or(TURN);
+        let is_circle = radius > 0.0 && radius <= FARTHEST && up.abs() <= FARTHEST;
+        (is_circle && TURNS.contains(&period.abs())).then_some(Self { radius, up, period })
+    }
 }
 
 /// Poses of an eye over time.

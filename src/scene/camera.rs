@@ -12,17 +12,11 @@ use crate::flight::{Chase, Ease, Fix, Keys, Look, Mount, Orbit, Shot, Track, Zoo
 use hedgehop_base::document::Reading;
 use hedgehop_base::error::{Error, Result};
 
-/// Farthest that a camera is from what it follows, metres.
-const FARTHEST: f64 = 1.0e6;
-
 /// Longest time of a shot, seconds.
 const LONGEST: f64 = 1.0e7;
 
 /// Narrowest and widest field of view, degrees, as of `--hfov`.
 const FIELDS: RangeInclusive<f64> = 0.01..=175.0;
-
-/// Seconds that an orbit takes, unless it is told.
-const TURN: f64 = 60.0;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table [[camera]]")]
@@ -154,33 +148,17 @@ impl Table<'_> {
         }
 
         if let Some(offsets) = &table.chase_m {
-            let chase = match *self.lengths("chase_m", offsets)? {
-                [back, up] => Some(Chase { back, up, side: 0.0 }),
-                [back, up, side] => Some(Chase { back, up, side }),
-                _ => None,
-            };
-            let chase =
-                chase.filter(|chase| [chase.back, chase.up, chase.side].iter().any(|one| *one != 0.0));
-            let want = "chase_m must be [back, up] or [back, up, side], metres, not all 0";
-            return chase.map(Mount::Chase).ok_or_else(|| self.reading.wrong(offsets.span(), want));
+            let want =
+                "chase_m must be [back, up] or [back, up, right], metres, not all 0 and a million at most";
+            let chase = Chase::of(offsets.get_ref()).map(Mount::Chase);
+            return chase.ok_or_else(|| self.reading.wrong(offsets.span(), want));
         }
-
         if let Some(lengths) = &table.orbit_m {
-            let period = match &table.turn_s {
-                Some(turn) => {
-                    let want = "must be 1 or more seconds of the film, or -1 or less: anticlockwise";
-                    let holds = |turn: f64| (1.0..=LONGEST).contains(&turn.abs());
-                    self.reading.number("turn_s", turn, holds, want)?
-                }
-                None => TURN,
-            };
-            return match *self.lengths("orbit_m", lengths)? {
-                [radius, up] if radius > 0.0 => Ok(Mount::Orbit(Orbit { radius, up, period })),
-                _ => {
-                    let want = "orbit_m must be [radius, up], metres, with a radius above 0";
-                    Err(self.reading.wrong(lengths.span(), want))
-                }
-            };
+            let want = "orbit_m must be [radius, up], metres, with a radius above 0 and a million at most, and turn_s 1 or \
+                        more seconds of the film, or -1 or less: anticlockwise";
+            let lengths_m: [f64; 2] = self.reading.numbers("orbit_m", lengths)?;
+            let orbit = Orbit::of(lengths_m, table.turn_s.as_ref().map(|turn| *turn.get_ref()));
+            return orbit.map(Mount::Orbit).ok_or_else(|| self.reading.wrong(lengths.span(), want));
         }
 
         if !table.key.is_empty() {
@@ -359,13 +337,6 @@ impl Table<'_> {
             roll: table.roll_deg.as_ref(),
             span: self.table.span(),
         }
-    }
-
-    fn lengths<'v>(&self, key: &str, lengths: &'v Spanned<Vec<f64>>) -> Result<&'v [f64]> {
-        if lengths.get_ref().iter().all(|length| length.abs() <= FARTHEST) {
-            return Ok(lengths.get_ref());
-        }
-        Err(self.reading.wrong(lengths.span(), format!("{key} must be metres, a million at most")))
     }
 
     fn time(&self, key: &str, time: &Spanned<f64>) -> Result<f64> {

@@ -63,13 +63,6 @@ pub enum LookedAt {
 /// Longest time that a view is ahead of its flight, seconds.
 const LONGEST: f64 = 3600.0;
 
-/// Farthest that a camera is from what it follows, metres.
-const FARTHEST: f64 = 1.0e6;
-
-/// Seconds that an orbit takes, unless it is told, and at least.
-const TURN: f64 = 60.0;
-const SHORTEST_TURN: f64 = 1.0;
-
 impl CameraArgs {
     /// Returns the shots of a film: one if flags say anything of it, or else those of the scene. `mode` is the level that altitudes
     /// are measured from, if that is said.
@@ -215,8 +208,7 @@ fn look(text: &str) -> Result<LookWord, String> {
 
 /// Two or three numbers, or a name.
 fn look_at(text: &str) -> Result<LookedAt, String> {
-    let numbers: Option<Vec<f64>> = text.split(',').map(|part| args::number(part).ok()).collect();
-    match numbers.as_deref() {
+    match numbers(text).as_deref() {
         Some(place) if place.iter().any(|value| value.abs() > 1.0e9) => {
             Err("want a place at most 10⁹ metres from the origin".to_owned())
         }
@@ -229,35 +221,28 @@ fn look_at(text: &str) -> Result<LookedAt, String> {
 
 /// `60,15` or `60,15,-20`.
 fn chase(text: &str) -> Result<Chase, String> {
-    let chase = match lengths(text).as_deref() {
-        Some(&[back, up]) => Some(Chase { back, up, side: 0.0 }),
-        Some(&[back, up, side]) => Some(Chase { back, up, side }),
-        _ => None,
-    };
-    chase.filter(|chase| [chase.back, chase.up, chase.side].iter().any(|offset| *offset != 0.0)).ok_or_else(
-        || {
-            "want metres behind, above and perhaps to the right of what flies, not all 0, such as 60,15"
-                .to_owned()
-        },
-    )
+    numbers(text).and_then(|offsets| Chase::of(&offsets)).ok_or_else(|| {
+        "want metres behind, above and perhaps to the right of what flies, not all 0, such as 60,15"
+            .to_owned()
+    })
 }
 
 /// `300,100` or `300,100,90`.
 fn orbit(text: &str) -> Result<Orbit, String> {
-    let orbit = match lengths(text).as_deref() {
-        Some(&[radius, up]) => Some(Orbit { radius, up, period: TURN }),
-        Some(&[radius, up, period]) => Some(Orbit { radius, up, period }),
+    let orbit = match numbers(text).as_deref() {
+        Some(&[radius, up]) => Orbit::of([radius, up], None),
+        Some(&[radius, up, period]) => Orbit::of([radius, up], Some(period)),
         _ => None,
     };
-    orbit.filter(|orbit| orbit.radius > 0.0 && orbit.period.abs() >= SHORTEST_TURN).ok_or_else(|| {
+    orbit.ok_or_else(|| {
         "want a radius above 0 and a height, metres, and perhaps the seconds that a turn takes, 1 or more, such as 300,100,60"
             .to_owned()
     })
 }
 
-/// Numbers with commas between, none beyond [`FARTHEST`].
-fn lengths(text: &str) -> Option<Vec<f64>> {
-    text.split(',').map(|part| args::number(part).ok().filter(|length| length.abs() <= FARTHEST)).collect()
+/// Numbers with commas between.
+fn numbers(text: &str) -> Option<Vec<f64>> {
+    text.split(',').map(|part| args::number(part).ok()).collect()
 }
 
 #[cfg(test)]
@@ -290,7 +275,7 @@ mod tests {
     fn eyes_of_their_own_are_somewhere_else() {
         assert_eq!(chase("60,15"), Ok(Chase { back: 60.0, up: 15.0, side: 0.0 }));
         assert_eq!(chase("-60,15,3"), Ok(Chase { back: -60.0, up: 15.0, side: 3.0 }));
-        assert_eq!(orbit("300,-10"), Ok(Orbit { radius: 300.0, up: -10.0, period: TURN }));
+        assert_eq!(orbit("300,-10"), Ok(Orbit { radius: 300.0, up: -10.0, period: 60.0 }));
         assert_eq!(orbit("300,0,-5"), Ok(Orbit { radius: 300.0, up: 0.0, period: -5.0 }));
         for wrong in ["", "60", "0,0", "0,0,0", "60,15,1,1", "x,1", "1e9,1", "nan,1"] {
             assert!(chase(wrong).is_err(), "{wrong}");
