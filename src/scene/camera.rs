@@ -39,8 +39,7 @@ pub(super) struct CameraTable {
     look_at_object: Option<Spanned<String>>,
     hfov_deg: Option<Spanned<FieldOfView>>,
     ease: Option<Spanned<EaseName>>,
-    #[serde(default)]
-    key: Vec<Spanned<KeyTable>>,
+    key: Option<Spanned<Vec<Spanned<KeyTable>>>>,
 }
 
 /// Pose at a time.
@@ -100,6 +99,16 @@ pub(super) fn read_cameras(
     Ok(shots)
 }
 
+/// Whether a view from a place needs angles to have a direction.
+fn needs_angles(look: Option<&Look>) -> bool {
+    matches!(look, None | Some(Look::Nose))
+}
+
+/// Whether angles of a pose say nothing of a view.
+fn is_at_something(look: Option<&Look>) -> bool {
+    matches!(look, Some(Look::Ahead(_) | Look::Place(_) | Look::Object(_)))
+}
+
 /// A camera while it is read.
 struct Table<'t> {
     reading: &'t Reading<'t>,
@@ -111,8 +120,8 @@ impl Table<'_> {
     fn shot(&self, objects: &BTreeSet<String>) -> Result<Shot> {
         let table = self.table.get_ref();
         let look = self.look(objects)?;
-        let mount = self.mount(look.is_some())?;
-        self.refuse_idle(&mount)?;
+        let mount = self.mount(look.as_ref())?;
+        self.refuse_idle(&mount, look.as_ref())?;
 
         // A pitch of its own is the view's where no pose has it.
         let pitch = match (&mount, &table.pitch_deg) {
@@ -136,10 +145,10 @@ impl Table<'_> {
         Ok(Shot { from, mount, look: look.or(pitch), zoom: self.zoom()? })
     }
 
-    fn mount(&self, has_look: bool) -> Result<Mount> {
+    fn mount(&self, look: Option<&Look>) -> Result<Mount> {
         let table = self.table.get_ref();
         let spans = [&table.chase_m, &table.orbit_m, &table.at, &table.at_lonlat];
-        let key = table.key.first().map(Spanned::span);
+        let key = table.key.as_ref().map(Spanned::span);
         let said: Vec<_> = spans.into_iter().flatten().map(Spanned::span).chain(key).collect();
         if let [_, second, ..] = said.as_slice() {
             let what =
@@ -161,11 +170,11 @@ impl Table<'_> {
             return orbit.map(Mount::Orbit).ok_or_else(|| self.reading.wrong(lengths.span(), want));
         }
 
-        if !table.key.is_empty() {
-            return self.keys(has_look).map(Mount::Keys);
+        if let Some(keys) = &table.key {
+            return self.keys(keys, look).map(Mount::Keys);
         }
         if table.at.is_some() || table.at_lonlat.is_some() {
-            if !has_look && table.yaw_deg.is_none() {
+            if needs_angles(look) && table.yaw_deg.is_none() {
                 return Err(self.blind(self.table.span()));
             }
             let track = self.place().track(self.reading)?;
@@ -175,14 +184,14 @@ impl Table<'_> {
     }
 
     /// Reads poses over time as one track.
-    fn keys(&self, has_look: bool) -> Result<Keys> {
-        let table = self.table.get_ref();
+    fn keys(&self, keys: &Spanned<Vec<Spanned<KeyTable>>>, look: Option<&Look>) -> Result<Keys> {
         let mut start = 0.0;
         let mut whole: Option<Track> = None;
-        for key in &table.key {
+        for key in keys.get_ref() {
             let (span, key) = (key.span(), key.get_ref());
+            self.refuse_idle_key(key, look)?;
             let time = self.time("t_s", &key.t_s)?;
-            if !has_look && key.yaw_deg.is_none() {
+            if needs_angles(look) && key.yaw_deg.is_none() {
                 return Err(self.blind(span));
             }
             let place = Place {
@@ -220,7 +229,7 @@ impl Table<'_> {
         }
 
         let ease = self.ease();
-        let track = whole.ok_or_else(|| self.blind(self.table.span()))?;
+        let track = whole.ok_or_else(|| self.reading.wrong(keys.span(), "key must hold one pose or more"))?;
         Ok(Keys { start, track, ease })
     }
 
@@ -282,7 +291,7 @@ impl Table<'_> {
     }
 
     /// Refuses keys that say nothing of such a camera.
-    fn refuse_idle(&self, mount: &Mount) -> Result<()> {
+    fn refuse_idle(&self, mount: &Mount, look: Option<&Look>) -> Result<()> {
         let table = self.table.get_ref();
         let is_place = table.at.is_some() || table.at_lonlat.is_some();
         let is_zoomed = matches!(table.hfov_deg.as_ref().map(Spanned::get_ref), Some(FieldOfView::Zoomed(_)));
@@ -290,15 +299,37 @@ impl Table<'_> {
         let idle = [
             ("turn_s", table.turn_s.as_ref().map(Spanned::span), matches!(mount, Mount::Orbit(_))),
             ("altitude", table.altitude.as_ref().map(Spanned::span), is_place),
-            ("yaw_deg", table.yaw_deg.as_ref().map(Spanned::span), is_place),
-            ("roll_deg", table.roll_deg.as_ref().map(Spanned::span), is_place),
-            ("pitch_deg", table.pitch_deg.as_ref().map(Spanned::span), table.key.is_empty()),
+            ("yaw_deg", table.yaw_deg.as_ref().map(Spanned::span), is_place && !is_at_something(look)),
+            ("roll_deg", table.roll_deg.as_ref().map(Spanned::span), is_place && !is_at_something(look)),
+            (
+                "pitch_deg",
+                table.pitch_deg.as_ref().map(Spanned::span),
+                table.key.is_none() && !(is_place && is_at_something(look)),
+            ),
             ("look_at_altitude", table.look_at_altitude.as_ref().map(Spanned::span), is_looking),
-            ("ease", table.ease.as_ref().map(Spanned::span), is_zoomed || !table.key.is_empty()),
+            ("ease", table.ease.as_ref().map(Spanned::span), is_zoomed || !table.key.is_none()),
         ];
         match idle.into_iter().find_map(|(key, span, is_used)| Some((key, span.filter(|_| !is_used)?))) {
             Some((key, span)) => {
                 Err(self.reading.wrong(span, format!("{key} says nothing of {}; leave it out", self.whose)))
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// Refuses keys of a pose that say nothing, since the camera looks elsewhere or has a field of view.
+    fn refuse_idle_key(&self, key: &KeyTable, look: Option<&Look>) -> Result<()> {
+        let angles = [("yaw_deg", &key.yaw_deg), ("pitch_deg", &key.pitch_deg), ("roll_deg", &key.roll_deg)];
+        let angles = angles.into_iter().filter(|_| is_at_something(look));
+        let field = [("hfov_deg", &key.hfov_deg)];
+        let field = field.into_iter().filter(|_| self.table.get_ref().hfov_deg.is_some());
+        match angles.chain(field).find_map(|(name, value)| Some((name, value.as_ref()?.span()))) {
+            Some((name, span)) => {
+                let what = format!(
+                    "{name} says nothing here, since {} has one or looks at something; leave it out",
+                    self.whose
+                );
+                Err(self.reading.wrong(span, what))
             }
             None => Ok(()),
         }
