@@ -9,7 +9,6 @@
 mod appearance;
 mod camera;
 mod cast;
-mod colour;
 mod contents;
 mod file;
 mod form;

@@ -8,9 +8,8 @@ use toml::Spanned;
 
 use super::Beyond;
 use super::place::Above;
-use crate::scene::colour::srgb;
 use crate::scene::model::Origin;
-use hedgehop_base::colour::linear_from_srgb8;
+use hedgehop_base::colour::{linear_from_srgb8, srgb8_from_hex};
 use hedgehop_base::document::Reading;
 use hedgehop_base::error::Result;
 
@@ -79,7 +78,7 @@ impl ObjectTable {
     /// Returns the linear colour, if it says any.
     pub fn albedo(&self, reading: &Reading<'_>) -> Result<Option<[f32; 3]>> {
         let Some(colour) = &self.colour else { return Ok(None) };
-        let albedo = srgb(colour.get_ref()).ok_or_else(|| {
+        let albedo = srgb8_from_hex(colour.get_ref()).ok_or_else(|| {
             reading.wrong(colour.span(), format!("colour must be #rrggbb (sRGB), not {:?}", colour.get_ref()))
         })?;
         Ok(Some(linear_from_srgb8(albedo)))

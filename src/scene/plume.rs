@@ -7,10 +7,9 @@ use toml::Spanned;
 use super::place::{Above, PLACE_KEYS, Place, finite};
 use crate::flight::{BindOptions, Trajectory};
 use crate::scene::Anchor;
-use crate::scene::colour::srgb;
 use crate::space::Pose;
 use crate::weather::Puff;
-use hedgehop_base::colour::linear_from_srgb8;
+use hedgehop_base::colour::{linear_from_srgb8, srgb8_from_hex};
 use hedgehop_base::document::Reading;
 use hedgehop_base::error::{Error, Result};
 use hedgehop_geo::Crs;
@@ -155,7 +154,7 @@ pub(super) fn plume(reading: &Reading<'_>, table: Spanned<PlumeTable>, number: u
     }
 
     let colour = match &table.colour {
-        Some(colour) => srgb(colour.get_ref()).ok_or_else(|| {
+        Some(colour) => srgb8_from_hex(colour.get_ref()).ok_or_else(|| {
             reading.wrong(colour.span(), format!("colour must be #rrggbb (sRGB), not {:?}", colour.get_ref()))
         })?,
         None => grey,

@@ -9,8 +9,7 @@ use toml::Spanned;
 use super::place::Above;
 use super::track_file::TrackFile;
 use crate::flight::{BindOptions, Track};
-use crate::scene::colour::srgb;
-use hedgehop_base::colour::linear_from_srgb8;
+use hedgehop_base::colour::{linear_from_srgb8, srgb8_from_hex};
 use hedgehop_base::document::Reading;
 use hedgehop_base::error::Result;
 
@@ -239,7 +238,7 @@ fn colour(reading: &Reading<'_>, table: &TrailTable) -> Result<TrailColour> {
             let Some(colour) = colour else {
                 return Ok(TrailColour::Plain(linear_from_srgb8(Trail::COLOUR).into()));
             };
-            let codes = srgb(colour.get_ref()).ok_or_else(|| {
+            let codes = srgb8_from_hex(colour.get_ref()).ok_or_else(|| {
                 let what = format!("colour must be #rrggbb (sRGB), not {:?}", colour.get_ref());
                 reading.wrong(colour.span(), what)
             })?;

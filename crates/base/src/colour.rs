@@ -53,6 +53,14 @@ static TABLE: LazyLock<[Bucket; BUCKETS]> = LazyLock::new(|| {
     })
 });
 
+/// Reads an sRGB colour, `#rrggbb`; `None`: it is no such text.
+pub fn srgb8_from_hex(text: &str) -> Option<[u8; 3]> {
+    let digits = text.strip_prefix('#').filter(|digits| digits.len() == 6 && digits.is_ascii())?;
+    let [_, red, green, blue] =
+        u32::from_str_radix(digits, 16).ok().filter(|_| !digits.starts_with('+'))?.to_be_bytes();
+    Some([red, green, blue])
+}
+
 /// Entry k − 1 is the least f32 whose code is k.
 fn thresholds() -> [f32; 255] {
     std::array::from_fn(|index| {

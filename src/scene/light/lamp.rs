@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{DVec2, Vec3};
 
 use crate::objects::{Beam, Below, Cone, Fixture};
-use hedgehop_base::colour::{LUMINANCE, linear_from_srgb8};
+use hedgehop_base::colour::{LUMINANCE, linear_from_srgb8, srgb8_from_hex};
 
 /// Radius of lamps that say nothing of it, metres.
 const RADIUS: f64 = 0.1;
@@ -39,7 +39,7 @@ impl Colour {
             "blue" => Self::BLUE,
             "warm" => Self::WARM,
             hex => {
-                let colour = Self(linear_from_srgb8(crate::scene::colour::srgb(hex)?).into());
+                let colour = Self(linear_from_srgb8(srgb8_from_hex(hex)?).into());
                 return (colour.0 != Vec3::ZERO).then_some(colour);
             }
         })

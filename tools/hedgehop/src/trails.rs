@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use crate::playback;
 use crate::view::FlightArgs;
-use hedgehop::colour::linear_from_srgb8;
+use hedgehop::colour::{linear_from_srgb8, srgb8_from_hex};
 use hedgehop::flight::{BindOptions, Track, read_track};
 use hedgehop::objects::Form;
 use hedgehop::progress::Observer;
@@ -51,7 +51,7 @@ fn colour(text: &str) -> std::result::Result<TrailColour, String> {
         "altitude" => by(TrailQuantity::Altitude),
         "speed" => by(TrailQuantity::Speed),
         "climb" => by(TrailQuantity::Climb),
-        _ => srgb(text)
+        _ => srgb8_from_hex(text)
             .map(plain)
             .ok_or_else(|| "want altitude, speed, climb, or a colour, such as #ff8c00".to_owned()),
     }
@@ -61,14 +61,6 @@ fn colour(text: &str) -> std::result::Result<TrailColour, String> {
 fn tail(text: &str) -> std::result::Result<f64, String> {
     playback::duration(text)
         .map_err(|_| "want how far back trails reach, above 0, such as 90s or 2m30s".to_owned())
-}
-
-/// `#rrggbb`.
-fn srgb(text: &str) -> Option<[u8; 3]> {
-    let digits = text.strip_prefix('#').filter(|digits| digits.len() == 6)?;
-    let all_digits = digits.bytes().all(|digit| digit.is_ascii_hexdigit());
-    let [_, red, green, blue] = u32::from_str_radix(digits, 16).ok().filter(|_| all_digits)?.to_be_bytes();
-    Some([red, green, blue])
 }
 
 fn plain(codes: [u8; 3]) -> TrailColour {
