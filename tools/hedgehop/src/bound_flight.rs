@@ -13,7 +13,7 @@ use glam::{DVec2, DVec3};
 use crate::frame_ranges::ranges;
 use crate::partner::Partner;
 use crate::scene::Playing;
-use crate::screen::Setup;
+use crate::screen::{PLANAR_RANGE, Setup};
 use crate::view::{FlightArgs, over_ground};
 use crate::{area, reference, sharpness};
 use hedgehop::encode::FrameSet;
@@ -159,6 +159,9 @@ impl BoundFlight {
             )));
         }
 
+        if setup.takes_hfov_from_path() {
+            check_fields_of_view(&poses)?;
+        }
         if !flight.world.tile_world {
             check_inside(&motion, file, source, &poses)?;
         }
@@ -198,6 +201,19 @@ impl BoundFlight {
             (frame.number, Partner { number, camera: setup.camera(pose) })
         };
         self.cameras.iter().map(partner).collect()
+    }
+}
+
+/// Refuses fields of view that no planar screen has, whether a path or a camera asks for them.
+fn check_fields_of_view(poses: &[NumberedPose]) -> Result<()> {
+    match poses.iter().find(|numbered| !PLANAR_RANGE.contains(&numbered.pose.hfov)) {
+        Some(NumberedPose { number, pose }) => Err(Error::Configuration(format!(
+            "frame {number} has a field of view of {}°; a planar screen sees {} to {}°: mend hfov_deg of the path, or take another --screen",
+            pose.hfov,
+            PLANAR_RANGE.start(),
+            PLANAR_RANGE.end()
+        ))),
+        None => Ok(()),
     }
 }
 

@@ -17,7 +17,7 @@ const EQUIRECTANGULAR: (f64, f64) = (360.0, 180.0);
 const FISHEYE_FOV: f64 = 180.0;
 
 /// Fields of view of planar screens, degrees: beyond, a picture is mostly its own edge.
-const PLANAR_RANGE: std::ops::RangeInclusive<f64> = 0.01..=175.0;
+pub const PLANAR_RANGE: std::ops::RangeInclusive<f64> = 0.01..=175.0;
 
 /// Picture sizes where nothing says otherwise.
 const WIDE: Size = Size { width: 1280, height: 720 };

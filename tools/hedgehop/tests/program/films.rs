@@ -222,6 +222,10 @@ fn what_is_no_film_is_told_in_a_sentence() {
         let said = ends(&run(&site, &format!("render area.hop --path climb.csv {flags} -o f/####.png")), 2);
         assert!(said.contains(word), "{flags}: {said}");
     }
+    let wide = "time_s,x_m,y_m,alt_msl_m,yaw_deg,hfov_deg\n0,800,800,200,0,60\n9,800,900,200,0,178\n";
+    fs::write(site.path().join("wide.csv"), wide).expect("a path");
+    let said = ends(&run(&site, "render area.hop --path wide.csv --fps 1 -o f/####.png"), 2);
+    assert!(said.contains("frame 10") && said.contains("175"), "{said}");
     let single = run(&site, "render area.hop --eye 800,800,300 --speed 2x -o view.png");
     assert!(ends(&single, 2).contains("cannot be used"));
 }
