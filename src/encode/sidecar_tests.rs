@@ -108,7 +108,7 @@ fn files_of_poses_go_on_with_their_sequence() {
     run(folder.path(), "clear", &[2]);
     assert!(texts(folder.path()) == whole);
 
-    // Those of another sequence would tell of frames that are not there any more.
+    // Poses of another sequence would tell of frames that are not there any more.
     run_with(folder.path(), "haze", &[1], &[Tum]);
     let left = texts(folder.path()).map(|text| text.is_empty());
     assert_eq!(left, [true, true, true, true, false]);

@@ -98,7 +98,7 @@ impl Points {
                     point.elevation = Some(number(source, place, text)?);
                 }
             }
-            // What is no number tells nothing; the point is sound without it.
+            // A value that is no number tells nothing; the point is sound without it.
             ("hdop", XmlStep::Close(text)) => {
                 if let Some(point) = self.child(place) {
                     point.hdop = text.parse().ok().filter(|hdop: &f64| hdop.is_finite() && *hdop > 0.0);

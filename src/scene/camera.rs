@@ -307,7 +307,7 @@ impl Table<'_> {
                 table.key.is_none() && !(is_place && is_at_something(look)),
             ),
             ("look_at_altitude", table.look_at_altitude.as_ref().map(Spanned::span), is_looking),
-            ("ease", table.ease.as_ref().map(Spanned::span), is_zoomed || !table.key.is_none()),
+            ("ease", table.ease.as_ref().map(Spanned::span), is_zoomed || table.key.is_some()),
         ];
         match idle.into_iter().find_map(|(key, span, is_used)| Some((key, span.filter(|_| !is_used)?))) {
             Some((key, span)) => {

@@ -80,7 +80,7 @@ fn pixels_of_any_view_meet_the_surface() {
     }
 }
 
-/// What one view says of a point finds the point in another: over a curved Earth both see it lowered, each otherwise.
+/// Positions that one view tells are where another sees them: over a curved Earth both see them lowered, each otherwise.
 #[test]
 fn points_of_one_view_are_found_in_another() {
     let area = valley();

@@ -128,7 +128,7 @@ fn trails_end_where_the_line_of_sight_does() {
         let options = RenderOptions { curvature, ..options(engine) };
         let changes = changes(&Renderer::new(&*RIDGES, &options), camera, &[climb()]);
 
-        // Of places near to which others are neither hidden nor seen otherwise.
+        // Only places count whose neighbours are all seen, or all hidden.
         let (mut seen, mut hidden) = (0, 0);
         for (at, one) in &shown {
             let near = |within: f64| {

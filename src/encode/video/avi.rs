@@ -298,7 +298,7 @@ mod tests {
         assert!(shades.iter().zip(0..).all(|(found, shade)| found.abs_diff(shade * 40) < 3), "{shades:?}");
         assert_eq!(shades.len(), 7);
 
-        // What older players look at: frames of the first segment.
+        // Older players look at the frames of the first segment alone.
         let (_, first) = &segments[0];
         let lists = chunks(&first[4..]);
         let kinds: Vec<&str> = lists.iter().map(|(kind, _)| kind.as_str()).collect();

@@ -43,7 +43,7 @@ pub(super) struct Encoders {
     pub sound: Option<&'static Encoder>,
 }
 
-// Of terrain in flight x264's slower presets are no smaller at the same likeness: at 1080p medium at 18 takes 2.4 times as
+// x264's slower presets make films of flights no smaller at the same likeness: at 1080p medium at 18 takes 2.4 times as
 // long as veryfast at 17, for a file that is 5 % smaller (SSIM 0.9868 against 0.9851).
 const H264: &[Encoder] = &[
     Encoder { name: "libx264", options: &["-preset", "veryfast", "-crf", "17"] },

@@ -1,7 +1,7 @@
 //! Pipe of raw pictures into an installed ffmpeg.
 //!
 //! ```text
-//! start it on .out.mp4.XXXXXX.part.mp4: raw rgb24 on its standard input, sound and chapters from files
+//! start it on a temporary file beside out.mp4: raw rgb24 on its standard input, sound and chapters from files
 //! write pictures to the pipe, in order
 //! close the pipe, wait, sync, rename to out.mp4
 //! ```
@@ -10,7 +10,7 @@
 //! frames are coded in. 4:2:0 needs even sizes: an odd last column or row is cut.
 
 use std::ffi::OsStr;
-use std::io::{Read, Write};
+use std::io::{self, Read, Write};
 use std::path::PathBuf;
 use std::process::{Child, ChildStderr, ChildStdin, Command, Stdio};
 use std::thread::JoinHandle;
@@ -24,6 +24,9 @@ use super::sound::argument;
 use crate::encode::atomic;
 use hedgehop_base::Size;
 use hedgehop_base::error::{Error, Result};
+
+/// Words of the system, which ffmpeg passes on, for a disk that is full.
+const FULL: &str = "No space left on device";
 
 /// Most bytes of ffmpeg's complaints that are kept.
 const COMPLAINT_BYTES: usize = 1 << 16;
@@ -123,6 +126,9 @@ impl FfmpegPipe {
         let status = child.0.wait().map_err(|source| Error::io(&out, "wait for ffmpeg", source))?;
         if !status.success() {
             let words = last_words(&complaints).unwrap_or_else(|| status.to_string());
+            if complaints.contains(FULL) {
+                return Err(atomic::write_error(&out, io::Error::new(io::ErrorKind::StorageFull, FULL)));
+            }
             return Err(Error::invalid(&out, format!("ffmpeg could not encode it: {words}")));
         }
         // ffmpeg has written through its own handle; this one sees the same file.

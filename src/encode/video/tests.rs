@@ -232,15 +232,24 @@ fn failures_of_ffmpeg_are_told_in_its_words() {
     let (folder, out) = testing::place("out.mp4");
     std::fs::write(&out, b"earlier video").unwrap();
     let paths = frames(folder.path(), "png", (256, 200));
-    for script in [
-        "echo 'noise' >&2; echo 'No space left on device' >&2; exit 1",
-        "cat >/dev/null; echo 'No space left on device' >&2; exit 228",
+    for (script, words, is_full) in [
+        (
+            "echo 'noise' >&2; echo 'Unknown pixel' >&2; exit 1",
+            "ffmpeg could not encode it: Unknown pixel",
+            false,
+        ),
+        ("cat >/dev/null; echo 'No space left on device' >&2; exit 228", "No space left on device", true),
+        (
+            "cat >/dev/null; echo 'x: No space left on device' >&2; echo 'End' >&2; exit 1",
+            "No space left",
+            true,
+        ),
     ] {
         let program = stand_in(folder.path(), script);
         let error =
             encode_with(program.as_os_str(), paths.clone().into_iter(), &film(&out), &Silent).unwrap_err();
         let message = error.to_string();
-        assert!(message.contains("No space left on device"), "{message}");
+        assert!(message.contains(words) && matches!(error, Error::Io { .. }) == is_full, "{message}");
         assert_eq!(std::fs::read(&out).unwrap(), b"earlier video");
     }
 }

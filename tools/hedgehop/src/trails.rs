@@ -39,7 +39,7 @@ pub struct TrailArgs {
     #[arg(long, value_name = "TIME", value_parser = tail, allow_hyphen_values = true)]
     pub tail: Option<f64>,
 
-    /// Another recorded flight, which is shown as a ball with a trail, at the same time by the clocks of both files, else from the first fix on; may be repeated
+    /// Another recorded flight, which is shown as a ball with a trail, by the times of day in both files, else from the first fix on; may be repeated
     #[arg(long = "other", value_name = "FILE")]
     pub others: Vec<PathBuf>,
 }
@@ -183,7 +183,7 @@ fn start(own: &Track, other: &Track, path: &Path, observer: &dyn Observer) -> f6
     let apart = apart - DAY * (apart / DAY).round();
     let way = if apart < 0.0 { "before" } else { "after" };
     observer.note(&format!(
-        "{} begins {:.0} s {way} the flight, by the clocks of both files",
+        "{} begins {:.0} s {way} the flight, by the times of day in both files; dates are not compared",
         path.display(),
         apart.abs()
     ));

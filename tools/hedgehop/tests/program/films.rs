@@ -146,6 +146,8 @@ fn scenes_cut_from_camera_to_camera() {
 #[test]
 fn cameras_that_see_nothing_are_refused_with_their_line() {
     let site = site();
+
+    // Each is refused at its line, with a word of what is wrong.
     for (table, word) in [
         ("chase_m = [1]", "[back, up]"),
         ("chase_m = [0, 0]", "not all 0"),
