@@ -44,7 +44,7 @@
 //! | [`scene`], [`objects`] | scene files, and the bodies in them, seen by ray |
 //! | [`sunlight`] | where the sun stands, and what ground it reaches |
 //! | [`weather`] | haze, fog, clouds, plumes, precipitation |
-//! | [`mod@frame`] | the image stage: plane images to pixels; finish, symbols |
+//! | [`mod@frame`] | the image stage: plane images to pixels; finish |
 //! | [`encode`] | PNG, EXR, y4m, video; what made each frame |
 //! | [`render`] | one frame |
 //! | [`error`], [`progress`], [`colour`], [`geo`] | what other crates stand on, too |

@@ -104,6 +104,21 @@ impl Timeline {
         self.from + self.speed * self.fps.seconds_at(number)
     }
 
+    /// Moment of frame `number` in the film, seconds after its first frame.
+    pub fn film_seconds_at(&self, number: u64) -> f64 {
+        self.fps.seconds_at(number)
+    }
+
+    /// Moment of the film that shows a moment of the flight, seconds after the first frame; below 0: none does.
+    pub fn film_seconds_of(&self, seconds: f64) -> f64 {
+        (seconds - self.from) / self.speed
+    }
+
+    /// Length of the film, seconds, to the end of its last frame.
+    pub fn film_duration(&self) -> f64 {
+        self.frame_count as f64 / self.fps.per_second()
+    }
+
     /// Seconds of flight in a second of the film.
     pub fn speed(&self) -> f64 {
         self.speed
@@ -117,7 +132,10 @@ impl Timeline {
 
 impl FlightSpan {
     /// Returns a moment as seconds after the first fix; `flag` names it. A time of day is the first one not before `earliest`, seconds.
-    fn seconds_of(&self, flag: &str, time: FlightTime, earliest: f64) -> Result<f64> {
+    ///
+    /// # Errors
+    /// [`Error::Configuration`], if it lies outside the flight, or the file tells no time of day.
+    pub fn seconds_of(&self, flag: &str, time: FlightTime, earliest: f64) -> Result<f64> {
         let seconds = match (time, self.time_of_day) {
             (FlightTime::Seconds(seconds), _) => seconds,
             (FlightTime::OfDay(of_day), Some(first)) => {

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! Frame ──▶ linear light with range, normal, level, id
-//!   └──finish──▶ exposure, tone, lens ──▶ Picture ──hud──▶ symbols over it
+//!   └──finish──▶ exposure, tone, lens ──▶ Picture
 //! ```
 //!
 //! [`stage`] fills rows of pixels from plane images. How frames become files is in [`crate::encode`].
@@ -10,8 +10,6 @@
 mod channels;
 #[doc(hidden)]
 pub mod finish;
-#[doc(hidden)]
-pub mod hud;
 mod matte;
 mod motion;
 mod picture;

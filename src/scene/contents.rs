@@ -8,7 +8,7 @@ use serde::Deserialize;
 use crate::flight::{Shot, Track};
 use crate::objects::Form;
 use crate::scene::joint::Joint;
-use crate::scene::{Finish, Hud, Light, Plume, Trail};
+use crate::scene::{Finish, Light, Plume, Titling, Trail};
 use crate::sunlight::{Night, Sky, SunSetting};
 use crate::weather::Weather;
 use hedgehop_base::error::{Error, Result};
@@ -51,8 +51,8 @@ pub struct Scene {
     pub weather: Weather,
     /// Steps from light to a picture.
     pub finish: Finish,
-    /// Symbols that are drawn over pictures.
-    pub hud: Hud,
+    /// Text and figures over pictures.
+    pub titling: Titling,
     /// Objects, by name.
     pub objects: Vec<Object>,
     /// Lights, in the order of the file.

@@ -13,6 +13,7 @@ use super::object::object;
 use super::picture::{HudTable, PictureTable};
 use super::plume::{PlumeTable, plume};
 use super::sun::{NightTable, SunTable};
+use super::titling::{CaptionTable, OverlayTable, read_captions};
 use super::trail::{TrailTable, trail};
 use super::weather_tables::{
     AirTable, CloudsTable, FogTable, GroundTable, PrecipitationTable, WeatherTables,
@@ -37,6 +38,9 @@ struct SceneTable {
     ground: Option<GroundTable>,
     picture: Option<PictureTable>,
     hud: Option<HudTable>,
+    overlay: Option<OverlayTable>,
+    #[serde(default)]
+    caption: Vec<Spanned<CaptionTable>>,
     #[serde(default)]
     object: Vec<Spanned<ObjectTable>>,
     #[serde(default)]
@@ -81,7 +85,10 @@ fn read(path: &Path) -> Result<Scene> {
     let weather = weather.read(&reading, sun.is_some())?;
 
     let finish = table.picture.unwrap_or_default().read(&reading)?;
-    let hud = table.hud.map(|hud| hud.read(&reading)).transpose()?.unwrap_or_default();
+    let hud = table.hud.map(|hud| hud.read(&reading)).transpose()?;
+    let mut titling = table.overlay.unwrap_or_default().read(&reading, hud, &mut hasher)?;
+    titling.captions = read_captions(&reading, &table.caption)?;
+
     let objects = read_objects(&reading, table.object, &mut hasher)?;
     let lights = read_lights(&reading, &table.light)?;
     let plumes = read_plumes(&reading, table.plume)?;
@@ -103,7 +110,7 @@ fn read(path: &Path) -> Result<Scene> {
         visibility,
         weather,
         finish,
-        hud,
+        titling,
         objects,
         lights,
         plumes,

@@ -24,6 +24,7 @@ mod place;
 mod plume;
 mod slope;
 mod sun;
+mod titling;
 mod track_file;
 mod trail;
 mod trail_cast;
@@ -41,5 +42,7 @@ pub use picture::{Dither, Finish, Hud, Tone};
 pub use place::Anchor;
 #[doc(hidden)]
 pub use plume::{Plume, PlumeKind};
+#[doc(hidden)]
+pub use titling::{Caption, Cue, Figures, OverlayStyle, Titling, Units};
 #[doc(hidden)]
 pub use trail::{Trail, TrailColour, TrailQuantity, TrailSource};

@@ -5,7 +5,7 @@ use hedgehop::Result;
 use hedgehop::scene::{Dither, Finish, Hud, Tone};
 
 fn read(text: &str) -> Result<(Finish, Hud)> {
-    read_beside(text, &[]).map(|scene| (scene.finish, scene.hud))
+    read_beside(text, &[]).map(|scene| (scene.finish, scene.titling.hud))
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Steps from light to a file: exposure, curves, rays per pixel, shutter, lens, instruments.
+//! Steps from light to a picture: exposure, curves, rays per pixel, shutter, lens.
 
 use serde_json::{Value, json};
 
@@ -6,15 +6,12 @@ use crate::args;
 use crate::bound_flight::FilmMotion;
 use crate::scene::Playing;
 use crate::screen::Setup;
-use crate::world::WorldArgs;
-use hedgehop::flight::Trajectory;
+use crate::titling::FilmTitles;
 use hedgehop::frame::Picture;
-use hedgehop::frame::hud::{self, MiniMap, Readings};
 use hedgehop::render::{Account, Exposure, Moment, NumberedCamera, Rendered, Renderer};
-use hedgehop::scene::{Dither, Finish, Hud, Scene, Tone};
+use hedgehop::scene::{Dither, Finish, Scene, Tone};
 use hedgehop::space::{Camera, Pose};
 use hedgehop::subimage::Farm;
-use hedgehop::voxel::PageSource;
 use hedgehop::{Error, Result};
 
 /// Flags of the steps from light to a picture; they go before what the scene says.
@@ -52,27 +49,10 @@ pub struct FinishArgs {
     /// Motion blur: degrees of 360 from frame to frame that the shutter is open; film has 180 [default: 0]
     #[arg(long, value_name = "DEGREES", value_parser = args::number, allow_negative_numbers = true)]
     pub shutter: Option<f64>,
-
-    /// Instruments over the picture: all, none, or some of horizon,heading,altitude,speed,time,map [default: none; without a LIST all]
-    #[arg(long, value_name = "LIST", value_parser = instruments, num_args = 0..=1, require_equals = true, default_missing_value = "all")]
-    pub hud: Option<Hud>,
 }
 
 fn word<T: std::str::FromStr<Err = &'static str>>(text: &str) -> std::result::Result<T, String> {
     text.parse().map_err(str::to_owned)
-}
-
-fn instruments(text: &str) -> std::result::Result<Hud, String> {
-    match text {
-        "all" => Ok(Hud::ALL),
-        "none" => Ok(Hud::default()),
-        names => Hud::of_names(names.split(',').map(str::trim)).map_err(|unknown| {
-            format!(
-                "want all, none, or some of {} with commas between, not {unknown:?}",
-                Hud::NAMES.join(", ")
-            )
-        }),
-    }
 }
 
 impl FinishArgs {
@@ -94,15 +74,10 @@ impl FinishArgs {
         };
         finish.check().map(|()| finish)
     }
-
-    /// Returns the instruments that are drawn.
-    pub fn hud(&self, scene: Option<&Scene>) -> Hud {
-        self.hud.unwrap_or(scene.map(|scene| scene.hud).unwrap_or_default())
-    }
 }
 
-/// Records what decides pictures; defaults are not mentioned. Frames in linear light (`is_linear`) know nothing of exposure, codes and instruments.
-pub fn record(finish: &Finish, hud: &Hud, is_linear: bool, settings: &mut Value) {
+/// Records what decides pictures; defaults are not mentioned. Frames in linear light (`is_linear`) know nothing of exposure and codes.
+pub fn record(finish: &Finish, is_linear: bool, settings: &mut Value) {
     let plain = Finish::default();
     let mut says = |key: &str, differs: bool, value: Value| {
         if differs {
@@ -120,13 +95,12 @@ pub fn record(finish: &Finish, hud: &Hud, is_linear: bool, settings: &mut Value)
     says("gamma", finish.gamma.is_some(), json!(finish.gamma));
     says("dither", finish.dither != plain.dither, json!(format!("{:?}", finish.dither).to_lowercase()));
     says("vignette", finish.vignette != plain.vignette, json!(finish.vignette));
-    says("hud", !hud.is_empty(), json!(hud.names()));
 }
 
 /// Says what a scene says of pictures, if it says anything.
-pub fn sentence(finish: &Finish, hud: &Hud) -> Option<String> {
+pub fn sentence(finish: &Finish) -> Option<String> {
     let mut said = json!({});
-    record(finish, hud, false, &mut said);
+    record(finish, false, &mut said);
     let parts: Vec<_> = said.as_object()?.iter().map(|(key, value)| format!("{key} {value}")).collect();
     (!parts.is_empty()).then(|| parts.join(", "))
 }
@@ -136,16 +110,12 @@ pub fn sentence(finish: &Finish, hud: &Hud) -> Option<String> {
 pub struct Finishing<'f> {
     /// Steps from light to a picture.
     pub finish: Finish,
-    /// Instruments.
-    pub hud: Hud,
-    /// Map of the pictures, if they have one.
-    pub map: Option<MiniMap>,
     /// The flight.
     pub motion: &'f FilmMotion,
     /// Screen of the pictures.
     pub setup: &'f Setup,
-    /// World beyond the database.
-    pub world: WorldArgs,
+    /// Text and figures over the pictures, if there are any.
+    pub titles: Option<FilmTitles<'f>>,
 }
 
 impl Finishing<'_> {
@@ -191,7 +161,7 @@ impl Finishing<'_> {
         renderer.exposed(&exposure, farm).map(Some)
     }
 
-    /// A picture without instruments; `None`: it is as it is without finishing.
+    /// A picture without text and figures; `None`: it is as it is without finishing.
     pub fn picture(
         &self,
         renderer: &Renderer<'_>,
@@ -208,50 +178,6 @@ impl Finishing<'_> {
             Exposure { finish: &self.finish, interval: self.motion.timeline.interval(), moment: &moment };
         renderer.developed(&exposure, farm).map(Some)
     }
-
-    /// Draws the instruments over a picture of a frame; `source` knows how high the ground is.
-    pub fn draw(
-        &self,
-        source: &dyn PageSource,
-        number: u64,
-        camera: &Camera,
-        picture: &mut Picture,
-    ) -> Result<()> {
-        if self.hud.is_empty() {
-            return Ok(());
-        }
-        let seconds = self.motion.timeline.seconds_at(number);
-        let pose = self.motion.flown.pose_at(seconds);
-        let place = pose.eye.truncate();
-        let ground = if self.hud.altitude { self.world.ground(source, place)? } else { None };
-        let readings = Readings {
-            heading: pose.attitude.yaw,
-            altitude: pose.eye.z,
-            above_ground: ground.map(|ground| pose.eye.z - ground),
-            speed: self
-                .motion
-                .flown_velocity(number)
-                .map(|velocity| [velocity.truncate().length(), velocity.z]),
-            frame: number,
-            seconds,
-            place,
-        };
-        hud::draw(picture, camera, &self.hud, &readings, self.map.as_ref());
-        Ok(())
-    }
-}
-
-/// The map of a flight, if its instruments show one.
-pub fn mini_map(hud: &Hud, source: &dyn PageSource, trajectory: &Trajectory) -> Result<Option<MiniMap>> {
-    /// Places of the path between its ends.
-    const PLACES: u32 = 1000;
-    if !hud.map {
-        return Ok(None);
-    }
-    let at =
-        |place: u32| trajectory.pose_at(trajectory.duration() * f64::from(place) / f64::from(PLACES)).eye;
-    let path: Vec<_> = (0..=PLACES).map(|place| at(place).truncate()).collect();
-    MiniMap::new(source, &path).map(Some)
 }
 
 /// Refuses a lens that folds some picture before its corners.
@@ -273,14 +199,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn instruments_are_chosen_by_name() {
-        assert_eq!(instruments("all"), Ok(Hud::ALL));
-        assert_eq!(instruments("none"), Ok(Hud::default()));
-        assert_eq!(instruments("time, map").unwrap().names(), ["time", "map"]);
-        assert!(instruments("clock").unwrap_err().contains("horizon, heading"));
-    }
-
-    #[test]
     fn flags_go_before_the_default_and_are_checked() {
         let args = FinishArgs { exposure: Some(1.5), antialias: Some(2), ..FinishArgs::default() };
         let finish = args.finish(None).unwrap();
@@ -293,13 +211,13 @@ mod tests {
     fn frames_in_linear_light_are_told_apart_from_pictures() {
         let finish = Finish { exposure: 1.0, antialias: 2, ..Finish::default() };
         let (mut picture, mut linear, mut plain) = (json!({}), json!({}), json!({}));
-        record(&finish, &Hud::ALL, false, &mut picture);
-        record(&finish, &Hud::ALL, true, &mut linear);
-        record(&Finish::default(), &Hud::default(), false, &mut plain);
+        record(&finish, false, &mut picture);
+        record(&finish, true, &mut linear);
+        record(&Finish::default(), false, &mut plain);
         assert_eq!(linear, json!({ "antialias": 2 }));
-        assert_eq!((picture["exposure_ev"].clone(), picture["hud"][5].clone()), (json!(1.0), json!("map")));
+        assert_eq!(picture["exposure_ev"], json!(1.0));
         assert_eq!(plain, json!({}));
-        assert_eq!(sentence(&finish, &Hud::default()).as_deref(), Some("antialias 2, exposure_ev 1.0"));
-        assert_eq!(sentence(&Finish::default(), &Hud::default()), None);
+        assert_eq!(sentence(&finish).as_deref(), Some("antialias 2, exposure_ev 1.0"));
+        assert_eq!(sentence(&Finish::default()), None);
     }
 }

@@ -4,7 +4,7 @@ use glam::DVec2;
 use image::{Rgb, RgbImage};
 
 use crate::drawing::Mask;
-use hedgehop::frame::hud::font::{ADVANCE, HEIGHT, WIDTH, rows};
+use hedgehop_titling::dot_font::{ADVANCE, HEIGHT, WIDTH, rows};
 
 /// Width of a text whose dots are `scale` pixels wide, pixels.
 pub fn width(text: &str, scale: u32) -> u32 {

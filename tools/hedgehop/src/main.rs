@@ -41,6 +41,7 @@ mod sequence;
 mod sharpness;
 mod smoothing;
 mod speedup;
+mod titling;
 mod tracks;
 mod traffic;
 mod trails;

@@ -82,7 +82,7 @@ pub fn duration(text: &str) -> Result<f64, String> {
 }
 
 /// Seconds after the first fix, or a time of the day.
-fn flight_time(text: &str) -> Result<FlightTime, String> {
+pub fn flight_time(text: &str) -> Result<FlightTime, String> {
     let time = if text.contains(':') {
         time_of_day(text).map(FlightTime::OfDay)
     } else {

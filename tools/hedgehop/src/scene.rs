@@ -86,11 +86,13 @@ pub fn inputs(scene: Option<&Scene>) -> impl Iterator<Item = &Path> {
         let tracks = scene.objects.iter().filter(|object| object.track.path.exists());
         let models = scene.objects.iter().flat_map(|object| &object.files).map(PathBuf::as_path);
         let trails = scene.trails.iter().filter_map(|trail| Some(trail.track()?.path.as_path()));
+        let fonts = scene.titling.fonts.iter().map(PathBuf::as_path);
         std::iter::once(scene.path.as_path())
             .filter(|path| !path.as_os_str().is_empty())
             .chain(tracks.map(|object| object.track.path.as_path()))
             .chain(models)
             .chain(trails)
+            .chain(fonts)
     })
 }
 

@@ -24,6 +24,7 @@ use hedgehop::progress::Observer;
 use hedgehop::render::{FlightPlan, LivePlan, NumberedCamera, Rays, Rendered, Renderer};
 use hedgehop::space::Camera;
 use hedgehop::subimage::{Batch, Farm};
+use hedgehop::voxel::PageSource;
 use hedgehop::{Error, Result};
 
 /// A finished frame on its way to the disk.
@@ -260,11 +261,11 @@ impl Sequence<'_> {
                     },
                 };
 
-                if self.live.is_some() {
+                if let Some(titles) = &finishing.titles {
                     // A frame that never waits has the ground from the file, as its path had.
-                    finishing.draw(self.pages.file(), number, camera, &mut picture)?;
-                } else {
-                    finishing.draw(self.pages, number, camera, &mut picture)?;
+                    let ground: &dyn PageSource =
+                        if self.live.is_some() { self.pages.file() } else { self.pages };
+                    titles.draw(ground, number, camera, &mut picture)?;
                 }
 
                 Ok((Image::Picture(picture, Box::new(camera.clone())), rays))

@@ -21,6 +21,7 @@ use crate::progress::{Mode, Reporter};
 use crate::scene::SceneArgs;
 use crate::screen::ScreenArgs;
 use crate::smoothing::SmoothingArgs;
+use crate::titling::TitlingArgs;
 use crate::tracks::TrackArgs;
 use crate::trails::TrailArgs;
 use crate::trust::TrustArgs;
@@ -193,6 +194,7 @@ fn flight(folder: &Path, area: &Path) -> Result<render::RenderArgs> {
         scene: SceneArgs::default(),
         trails: TrailArgs::default(),
         finish: FinishArgs::default(),
+        titling: TitlingArgs::default(),
         film: FilmArgs { video, ..FilmArgs::default() },
         progress: Mode::Auto,
     })

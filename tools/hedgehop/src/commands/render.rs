@@ -18,7 +18,7 @@ use serde_json::{Value, json};
 
 use crate::aov::{AovInputs, AovKind};
 use crate::area;
-use crate::bound_flight::{BoundFlight, FilmRequest};
+use crate::bound_flight::{BoundFlight, FilmMotion, FilmRequest};
 use crate::commands::render::filming::fly_film;
 use crate::commands::render::flags::WORKERS_PER_ENCODER;
 use crate::exit::{self, Outcome, STDOUT};
@@ -31,19 +31,19 @@ use crate::progress::Reporter;
 use crate::scene::{self, Playing};
 use crate::screen::Setup;
 use crate::sequence::{Fineness, Sequence};
+use crate::titling::{self, FilmTitles};
 use crate::traffic::Traffic;
 use crate::trust::{self, DamagedPage};
 use hedgehop::earth::Curvature;
 use hedgehop::encode::atomic::write_with;
 use hedgehop::encode::video::{VideoSettings, encode_video};
 use hedgehop::encode::{FramePattern, FrameSet, Target};
-use hedgehop::flight::{FrameRate, Trajectory};
-use hedgehop::frame::hud::MiniMap;
+use hedgehop::flight::FrameRate;
 use hedgehop::frame::map_offset;
 use hedgehop::memory::{PageFile, Paging, ResidentPages};
 use hedgehop::progress::Observer;
 use hedgehop::render::{NumberedCamera, RenderOptions, Renderer};
-use hedgehop::scene::{Finish, Hud, Scene};
+use hedgehop::scene::{Finish, Scene, Titling};
 use hedgehop::subimage::Farm;
 use hedgehop::voxel::{Header, PageSource};
 use hedgehop::{Error, Result, Size};
@@ -127,8 +127,8 @@ struct FrameRequest {
     scene: Option<Scene>,
     /// Steps from light to a picture.
     finish: Finish,
-    /// Instruments over the picture.
-    hud: Hud,
+    /// Text and figures over the picture.
+    titling: Titling,
     /// Screen of the frames.
     setup: Setup,
     /// Product of each frame.
@@ -141,7 +141,8 @@ impl FrameRequest {
     /// Reads the scene and refuses flags that do not go together.
     fn read(args: &RenderArgs, reporter: &Reporter) -> Result<Self> {
         let scene = args.trails.add_to(args.scene.read(reporter)?, &args.flight, reporter)?;
-        let (finish, hud) = (args.finish.finish(scene.as_ref())?, args.finish.hud(scene.as_ref()));
+        let finish = args.finish.finish(scene.as_ref())?;
+        let titling = args.titling.titling(scene.as_ref());
         let setup = args.film.sized(&args.flight.screen)?.setup()?.behind_lens(finish.distortion)?;
         conflicts::check_combination(args, scene.as_ref(), &setup)?;
         args.aov.check(args.target(), &setup)?;
@@ -152,7 +153,7 @@ impl FrameRequest {
 
         let film = args.film.settings(args.fps)?;
         film.iter().try_for_each(|film| conflicts::check_film(args, scene.as_ref(), film))?;
-        Ok(Self { scene, finish, hud, setup, product, film })
+        Ok(Self { scene, finish, titling, setup, product, film })
     }
 
     /// Returns what the flight's frames take of the memory.
@@ -194,7 +195,7 @@ fn bind(
 /// Renders everything that `args` asks for. Frames that are finished when something goes wrong stay, and are listed.
 pub fn fly(args: &RenderArgs, file: PageFile, reporter: &Reporter) -> Result<Done> {
     let request = FrameRequest::read(args, reporter)?;
-    let FrameRequest { finish, hud, setup, product, .. } = &request;
+    let FrameRequest { finish, titling, setup, product, .. } = &request;
     let farm = Farm::new(args.workers.count())?;
     let encoders = farm.workers().div_ceil(WORKERS_PER_ENCODER);
     let in_flight = farm.in_flight(args.overlap.in_flight);
@@ -224,19 +225,17 @@ pub fn fly(args: &RenderArgs, file: PageFile, reporter: &Reporter) -> Result<Don
     // Pages that are loaded before take no frame's time.
     let begun = Instant::now();
     let aov_inputs = aov_inputs(args, &request, source.header(), &flight, options.curvature);
-    if *product == Product::Frame && (finish.is_developed() || !hud.is_empty()) {
+    if *product == Product::Frame && (finish.is_developed() || !titling.is_empty()) {
         reporter.note(notes::left_out(args.target()));
     }
 
     let finishing = Finishing {
         finish: *finish,
-        hud: *hud,
-        map: mini_map(args, &request, source, &motion.flown)?,
         motion,
         setup,
-        world: args.flight.world,
+        titles: titles(args, &request, motion, source, reporter)?,
     };
-    let is_finished = finish.is_developed() || finish.gathers() || !hud.is_empty();
+    let is_finished = finish.is_developed() || finish.gathers() || finishing.titles.is_some();
 
     let sequence = Sequence {
         pages: source,
@@ -317,18 +316,24 @@ fn aov_inputs(
     }
 }
 
-/// Returns the map that the instruments of pictures show, if they show one.
-fn mini_map(
+/// Returns the titles of pictures, if they have some; frames of light have none.
+fn titles<'f>(
     args: &RenderArgs,
     request: &FrameRequest,
+    motion: &'f FilmMotion,
     source: &ResidentPages,
-    trajectory: &Trajectory,
-) -> Result<Option<MiniMap>> {
-    match args.late {
-        _ if request.product == Product::Frame => Ok(None),
-        Late::Wait => finish::mini_map(&request.hud, source, trajectory),
-        Late::Coarser => finish::mini_map(&request.hud, source.file(), trajectory),
+    reporter: &Reporter,
+) -> Result<Option<FilmTitles<'f>>> {
+    let FrameRequest { titling, setup, product, .. } = request;
+    if titling.is_empty() || *product == Product::Frame {
+        return Ok(None);
     }
+    // Ground under the path is not to be in memory because a map shows it.
+    let ground: &dyn PageSource = match args.late {
+        Late::Wait => source,
+        Late::Coarser => source.file(),
+    };
+    FilmTitles::new(titling, motion, args.flight.world, setup.size, ground, reporter).map(Some)
 }
 
 /// Frames that were rendered and written.
@@ -350,7 +355,7 @@ fn deliver(
     cameras: &[NumberedCamera],
     reporter: &Reporter,
 ) -> Result<Delivered> {
-    let FrameRequest { scene, finish, hud, setup, product, film } = request;
+    let FrameRequest { scene, finish, titling, setup, product, film } = request;
     let scene = scene.as_ref();
     let output = match (&args.output, film) {
         (Some(output), _) => output,
@@ -375,7 +380,10 @@ fn deliver(
     let header = sequence.pages.header();
     let mut settings = settings(args, scene, setup, options);
     args.aov.record(args.flight.path.as_deref(), map_offset(&header.grid), &mut settings);
-    finish::record(finish, hud, *product == Product::Frame, &mut settings);
+    finish::record(finish, *product == Product::Frame, &mut settings);
+    if *product == Product::Picture {
+        titling::record(titling, &mut settings);
+    }
     let origin = Origin {
         area: &args.area,
         header,

@@ -10,7 +10,7 @@ use crate::interrupt::Interrupt;
 use crate::progress::{Mode, Reporter};
 use crate::view::over_ground;
 use crate::world::WorldArgs;
-use crate::{area, finish, scene};
+use crate::{area, finish, scene, titling};
 use hedgehop::memory::PageFile;
 use hedgehop::objects::{Form, Shape};
 use hedgehop::scene::{Anchor, LampLayout, Object, Part, PlumeKind, Scene, TrailColour, TrailSource};
@@ -151,8 +151,14 @@ fn description(scene: &Scene) -> String {
     for light in &scene.lights {
         let _ = writeln!(text, "  {}: {}", light.name, lamps(&light.layout));
     }
-    if let Some(finish) = finish::sentence(&scene.finish, &scene.hud) {
-        let _ = writeln!(text, "  picture: {finish}");
+    let over_pictures = [
+        ("picture", finish::sentence(&scene.finish)),
+        ("over the picture", titling::sentence(&scene.titling)),
+    ];
+    for (what, said) in over_pictures {
+        if let Some(said) = said {
+            let _ = writeln!(text, "  {what}: {said}");
+        }
     }
 
     for object in &scene.objects {

@@ -18,6 +18,7 @@ mod scenes;
 mod screens;
 mod shadow_heights;
 mod sheets;
+mod titles;
 mod trails;
 mod videos;
 mod vision;

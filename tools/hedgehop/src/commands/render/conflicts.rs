@@ -18,6 +18,7 @@ pub fn check_frames(args: &RenderArgs, scene: Option<&Scene>, frames: &[PathBuf]
     let mut inputs: Vec<&Path> = vec![&args.area];
     inputs.extend(args.flight.path.as_deref());
     inputs.extend(args.flight.screen.table());
+    inputs.extend(args.titling.font.iter().map(PathBuf::as_path));
     inputs.extend(scene::inputs(scene));
     frames.iter().try_for_each(|frame| check_no_input("-o", frame, &inputs))
 }
@@ -82,6 +83,7 @@ pub fn check_film(args: &RenderArgs, scene: Option<&Scene>, film: &VideoSettings
     inputs.extend(args.flight.screen.table());
     inputs.extend(args.film.audio.as_deref());
     inputs.extend(args.film.chapters.as_deref());
+    inputs.extend(args.titling.font.iter().map(PathBuf::as_path));
     inputs.extend(scene::inputs(scene));
     check_no_input("--video", &film.out, &inputs)?;
     check_video(film)?;

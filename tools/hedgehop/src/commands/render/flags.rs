@@ -11,6 +11,7 @@ use crate::memory::{Late, Memory};
 use crate::poses::PoseArgs;
 use crate::progress::Mode;
 use crate::scene::SceneArgs;
+use crate::titling::TitlingArgs;
 use crate::trails::TrailArgs;
 use crate::trust::TrustArgs;
 use crate::view::{FlightArgs, LookArgs};
@@ -97,6 +98,8 @@ pub struct RenderArgs {
 
     #[command(flatten)]
     pub finish: FinishArgs,
+    #[command(flatten)]
+    pub titling: TitlingArgs,
 
     #[command(flatten)]
     pub film: FilmArgs,

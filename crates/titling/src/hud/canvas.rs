@@ -2,8 +2,8 @@
 
 use glam::DVec2;
 
-use super::font::{ADVANCE, HEIGHT, WIDTH, rows};
-use crate::frame::Picture;
+use crate::dot_font::{ADVANCE, HEIGHT, WIDTH, rows};
+use hedgehop::frame::Picture;
 
 /// Colour that is drawn with, and the halo that sets it off from anything: 8-bit sRGB, and the share of it that counts.
 #[derive(Debug, Clone, Copy)]

@@ -1,4 +1,4 @@
-//! Instruments over a finished picture: horizon, heading, altitudes, speed, time, a small map.
+//! The pilot's style: horizon, heading, altitudes, speed, time, a small map.
 //!
 //! ```text
 //! readings of the flight ──▶ texts, a tape ─┐
@@ -9,7 +9,6 @@
 //! Letters and lines are as many pixels wide as the picture has rows by 360, so that they are read as well on any screen.
 
 mod canvas;
-pub mod font;
 mod map;
 #[cfg(test)]
 mod tests;
@@ -18,10 +17,12 @@ pub use map::MiniMap;
 
 use glam::{DVec2, DVec3};
 
-use super::Picture;
-use crate::scene::Hud;
-use crate::space::Camera;
+use crate::dot_font as font;
+use crate::readings::Readings;
 use canvas::{Canvas, Ink};
+use hedgehop::frame::Picture;
+use hedgehop::scene::Hud;
+use hedgehop::space::Camera;
 
 /// Ink of the instruments.
 const INK: Ink = Ink { colour: [120, 255, 150], halo: 0.4 };
@@ -34,25 +35,6 @@ const TAPE: [i32; 3] = [60, 5, 10];
 
 /// Degrees from point to point of the horizon.
 const HORIZON_STEP: f64 = 1.0;
-
-/// Readings that instruments show.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Readings {
-    /// Heading of the aircraft's nose, degrees clockwise from grid north.
-    pub heading: f64,
-    /// Above the database's datum, metres.
-    pub altitude: f64,
-    /// Above the ground straight below, metres; `None` where there is none.
-    pub above_ground: Option<f64>,
-    /// Over ground, and upward, metres per second; `None` where nothing moves.
-    pub speed: Option<[f64; 2]>,
-    /// The frame's number.
-    pub frame: u64,
-    /// Since the flight's first fix, seconds.
-    pub seconds: f64,
-    /// Place of the eye, metres.
-    pub place: DVec2,
-}
 
 impl Readings {
     /// Lists the lines written at the left, from the top.

@@ -1,8 +1,8 @@
 use glam::DVec3;
 
 use super::*;
-use crate::space::{Attitude, Pose, Screen};
-use crate::voxel::{Grid, Metadata, build_in_memory};
+use hedgehop::space::{Attitude, Pose, RayTable, Screen};
+use hedgehop::voxel::{Grid, Metadata, build_in_memory};
 
 fn camera(ypr: [f64; 3]) -> Camera {
     let attitude = Attitude { yaw: ypr[0], pitch: ypr[1], roll: ypr[2] };
@@ -26,8 +26,11 @@ const READINGS: Readings = Readings {
     above_ground: Some(56.6),
     speed: Some([61.74, -2.05]),
     frame: 120,
+    film_seconds: 14.875,
     seconds: 14.875,
+    clock: None,
     place: DVec2::new(500.0, 700.0),
+    lonlat: None,
 };
 
 #[test]
@@ -79,7 +82,7 @@ fn a_lens_bends_the_horizon_and_a_table_has_none() {
 
     // A barrel takes what is far from the axis nearer to it.
     assert!(rows(0.0..5.0) < rows(158.0..162.0) - 2.0);
-    let table = crate::space::RayTable::of_screen(&Screen::Planar { hfov: 60.0 }, 320, 200).unwrap();
+    let table = RayTable::of_screen(&Screen::Planar { hfov: 60.0 }, 320, 200).unwrap();
     let table = Camera::with_screen(plane.pose, Screen::Table(std::sync::Arc::new(table)), 320, 200);
     let mut picture = black();
     draw(&mut picture, &table, &hud, &READINGS, None);
@@ -119,10 +122,10 @@ fn the_map_shows_relief_path_and_place() {
     let source = build_in_memory(grid, &heights, &[[0; 3]; 128 * 64], None, &Metadata::default()).unwrap();
     let path = [DVec2::new(100.0, 320.0), DVec2::new(1200.0, 320.0)];
     let map = MiniMap::new(&source, &path).unwrap();
-    assert_eq!(map.size, [256, 128]);
+    assert_eq!(map.relief.size, [256, 128]);
 
     // Higher ground is brighter.
-    assert!(map.relief[64 * 256 + 200][0] > map.relief[64 * 256 + 40][0]);
+    assert!(map.relief.pixels[64 * 256 + 200][0] > map.relief.pixels[64 * 256 + 40][0]);
     let mut picture = black();
     let hud = Hud { map: true, ..Hud::default() };
 
