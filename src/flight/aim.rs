@@ -26,7 +26,7 @@ impl Subject for FixedPlace {
 }
 
 /// Place of a flight, some time later; behind the last fix it goes straight on.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct PlaceAhead {
     /// The flight.
     pub flight: Arc<Trajectory>,
@@ -52,13 +52,20 @@ impl Subject for Spline {
 pub(super) enum Aim {
     /// Along the nose, as the path file or the motion has it.
     Nose,
+    /// Along the nose, at a pitch of [`HIGHEST`] at most.
+    Lowered,
     /// The heading of the nose, at a pitch of the view's own, degrees.
     Pitch(f64),
     /// Straight down, with the top of the picture where the nose points.
     Down,
+    /// At where the flight will be, with a level horizon, at a pitch of [`HIGHEST`] at most.
+    Ahead(PlaceAhead),
     /// At something, with a level horizon.
     At(Arc<dyn Subject>),
 }
+
+/// Highest pitch that keeps ground in sight, degrees: of pictures 60° wide and 16 by 9, the horizon has a third above it.
+const HIGHEST: f64 = -6.0;
 
 /// Distance of what is looked at, metres, below which the nose decides more and more.
 const NEAR: f64 = 2.0;
@@ -68,15 +75,25 @@ impl Aim {
     pub fn attitude(&self, eye: DVec3, seconds: f64, nose: Attitude) -> Attitude {
         match self {
             Self::Nose => nose,
+            Self::Lowered => lowered(nose),
             Self::Pitch(pitch) => Attitude { pitch: *pitch, ..nose },
             Self::Down => Attitude { pitch: -90.0, roll: 0.0, ..nose },
-            Self::At(subject) => {
-                let way = subject.place_at(seconds) - eye;
-                let share = (1.0 - way.length() / NEAR).max(0.0);
-                towards(way + share * NEAR * nose.world_from_view().z_axis, nose.yaw)
-            }
+            Self::Ahead(place) => lowered(looking_at(place.place_at(seconds), eye, nose)),
+            Self::At(subject) => looking_at(subject.place_at(seconds), eye, nose),
         }
     }
+}
+
+/// Returns the attitude with a pitch of [`HIGHEST`] at most.
+fn lowered(attitude: Attitude) -> Attitude {
+    Attitude { pitch: attitude.pitch.min(HIGHEST), ..attitude }
+}
+
+/// Returns the level attitude from an eye towards a place; the nearer it is, the more the nose decides.
+fn looking_at(place: DVec3, eye: DVec3, nose: Attitude) -> Attitude {
+    let way = place - eye;
+    let share = (1.0 - way.length() / NEAR).max(0.0);
+    towards(way + share * NEAR * nose.world_from_view().z_axis, nose.yaw)
 }
 
 /// A level attitude along a direction; `yaw`, degrees, where that is straight up or down.
@@ -102,6 +119,9 @@ mod tests {
     fn a_pitch_of_its_own_leaves_heading_and_bank() {
         let aimed = |aim: Aim| aim.attitude(DVec3::ZERO, 20.0, NOSE);
         assert_eq!(aimed(Aim::Nose), NOSE);
+        assert_eq!(aimed(Aim::Lowered), Attitude { pitch: HIGHEST, ..NOSE });
+        let diving = Attitude { pitch: -20.0, ..NOSE };
+        assert_eq!(Aim::Lowered.attitude(DVec3::ZERO, 20.0, diving), diving);
         assert_eq!(aimed(Aim::Pitch(-10.0)), Attitude { pitch: -10.0, ..NOSE });
         assert_eq!(aimed(Aim::Down), Attitude { yaw: 40.0, pitch: -90.0, roll: 0.0 });
     }

@@ -169,6 +169,7 @@ impl Rig {
                 let followed = steadied();
                 let centre = match &looked {
                     Some(Aim::At(subject)) => Some(subject.as_ref()),
+                    Some(Aim::Ahead(place)) => Some(place as &dyn Subject),
                     _ => None,
                 };
                 let places = followed.orbited(*orbit, centre, heading, stretch.pace);
@@ -185,9 +186,10 @@ impl Rig {
     fn aim(&self, look: &Look, site: &FilmSite<'_>) -> Result<Aim> {
         Ok(match look {
             Look::Nose => Aim::Nose,
+            Look::Lowered => Aim::Lowered,
             Look::Pitch(pitch) => Aim::Pitch(*pitch),
             Look::Down => Aim::Down,
-            Look::Ahead(lead) => Aim::At(Arc::new(PlaceAhead { flight: self.flight.clone(), lead: *lead })),
+            Look::Ahead(lead) => Aim::Ahead(PlaceAhead { flight: self.flight.clone(), lead: *lead }),
             Look::Place(track) => Aim::At(Arc::new(FixedPlace(place(track, site)?))),
             Look::Object(name) => Aim::At((site.object)(name).ok_or_else(|| {
                 Error::Configuration(format!("the scene has no object `{name}` to look at"))

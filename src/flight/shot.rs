@@ -143,11 +143,13 @@ impl Zoom {
 pub enum Look {
     /// Along the nose of what flies, or as keys say.
     Nose,
+    /// Along the nose, but no higher than keeps the ground in sight.
+    Lowered,
     /// The same heading, at a pitch of the view's own, degrees.
     Pitch(f64),
     /// Straight down, with the top of the picture where the nose points.
     Down,
-    /// At the place of the flight so many seconds later, ≥ 0, with a level horizon.
+    /// At the place of the flight so many seconds later, ≥ 0, with a level horizon, but no higher than keeps the ground in sight.
     Ahead(f64),
     /// At a place: a track of one fix.
     Place(Track),

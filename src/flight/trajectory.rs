@@ -57,6 +57,7 @@ pub struct Trajectory {
     time_of_day: Option<f64>,
     notes: Vec<String>,
     raised: f64,
+    lacks_pitch: bool,
 }
 
 /// Source of a trajectory's attitude.
@@ -132,7 +133,8 @@ impl Trajectory {
 
         let hfov = Samples::new(track.fixes.iter().map(|fix| (fix.time, fix.hfov)));
         let (default_hfov, time_of_day) = (options.hfov, track.time_of_day);
-        Ok(Self { spline, attitude, hfov, default_hfov, time_of_day, notes, raised })
+        let lacks_pitch = is_recorded && track.fixes.iter().all(|fix| fix.pitch.is_none());
+        Ok(Self { spline, attitude, hfov, default_hfov, time_of_day, notes, raised, lacks_pitch })
     }
 
     /// Returns how long the flight lasts and when it began.
@@ -175,6 +177,12 @@ impl Trajectory {
     /// Returns how far the path was raised over the ground at most, metres.
     pub fn raised(&self) -> f64 {
         self.raised
+    }
+
+    /// Whether it is a receiver's recording of places, which tells no pitch: that of the motion is what the air does, too.
+    #[doc(hidden)]
+    pub fn lacks_pitch(&self) -> bool {
+        self.lacks_pitch
     }
 
     /// Lists what was derived or assumed, as sentences.

@@ -17,7 +17,7 @@ use crate::screen::{PLANAR_RANGE, Setup};
 use crate::view::{FlightArgs, over_ground};
 use crate::{area, reference, sharpness};
 use hedgehop::encode::FrameSet;
-use hedgehop::flight::{FilmSite, FrameRate, Mount, Rig, Shot, Timeline, Trajectory};
+use hedgehop::flight::{FilmSite, FrameRate, Look, Mount, Rig, Shot, Timeline, Trajectory};
 use hedgehop::progress::Observer;
 use hedgehop::render::NumberedCamera;
 use hedgehop::scene::Scene;
@@ -132,7 +132,7 @@ impl BoundFlight {
         let timeline = Timeline::new(fps, flown.span(), &flight.playback.playback())?;
         let playing = scene.map(|scene| Playing::new(scene, source, flight.world, timeline, observer));
         let playing = playing.transpose()?;
-        let shots = shots(flight, request, observer)?;
+        let shots = shots(flight, request, &flown, observer)?;
         let shown = Shown { flown: &flown, timeline: &timeline, playing: playing.as_ref() };
         let rig = Arc::new(rig(flight, request, &shown, &shots)?);
         rig.notes().iter().for_each(|note| observer.note(note));
@@ -218,7 +218,12 @@ fn check_fields_of_view(poses: &[NumberedPose]) -> Result<()> {
 }
 
 /// Returns the shots of the film, from flags or the scene.
-fn shots(flight: &FlightArgs, request: &FilmRequest<'_>, observer: &dyn Observer) -> Result<Vec<Shot>> {
+fn shots(
+    flight: &FlightArgs,
+    request: &FilmRequest<'_>,
+    flown: &Trajectory,
+    observer: &dyn Observer,
+) -> Result<Vec<Shot>> {
     let FilmRequest { setup, scene, .. } = *request;
     if setup.is_map() {
         if flight.camera.is_given() {
@@ -235,7 +240,11 @@ fn shots(flight: &FlightArgs, request: &FilmRequest<'_>, observer: &dyn Observer
         return Ok(Vec::new());
     }
 
-    let shots = flight.camera.shots(scene, flight.alt_mode.map(Into::into))?;
+    let mut shots = flight.camera.shots(scene, flight.alt_mode.map(Into::into))?;
+    if shots.is_empty() && flown.lacks_pitch() && setup.takes_hfov_from_path() {
+        observer.note("the path tells no pitch: the view is held low enough to show the ground; --look ahead follows the climb, --pitch has one of its own");
+        shots.push(Shot { look: Some(Look::Lowered), ..Shot::default() });
+    }
     if shots.iter().any(|shot| shot.zoom.is_some()) && !setup.takes_hfov_from_path() {
         observer.note("fields of view of the scene's cameras are for planar screens; this one has its own");
     }

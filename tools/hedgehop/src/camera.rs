@@ -17,8 +17,8 @@ pub struct CameraArgs {
     #[arg(long, value_name = "DEGREES", value_parser = pitch, allow_hyphen_values = true, conflicts_with = "eye")]
     pub pitch: Option<f64>,
 
-    /// Direction of the view: ahead, along the nose; down; or a time, 5s, at the place where the flight will be then
-    /// [default: ahead]
+    /// Direction of the view: ahead, along the nose; down; or a time, 5s, at the place where the flight will be then, 6° below the horizon or lower
+    /// [default: ahead, lowered likewise for recordings without a pitch]
     #[arg(long, value_name = "WHERE", value_parser = look, allow_hyphen_values = true, conflicts_with_all = ["eye", "pitch"])]
     pub look: Option<LookWord>,
 

@@ -62,13 +62,41 @@ fn a_climb_is_seen_with_the_ground_in_view() {
         ("nose", "", 26.6),
         ("pitched", "--pitch -10", -10.0),
         ("down", "--look down", -90.0),
-        ("led", "--look 20s", 26.6),
+        ("led", "--look 20s", -6.0),
     ] {
         render(&site, &format!("{flags} --speed 25x"), folder);
         for found in column(&site, folder, "pitch_deg") {
             assert!((found - pitch).abs() < 0.5, "{flags}: {found}");
         }
     }
+}
+
+#[test]
+fn recordings_without_a_pitch_are_seen_with_the_ground_in_view() {
+    let site = site();
+    // A climb of 6 m/s at 11 m/s over the ground, over a database with a place on Earth.
+    let rows = vec![vec!["50"; 80].join(" "); 80].join("\n");
+    let head = "ncols 80\nnrows 80\nxllcorner 500000\nyllcorner 5000000\ncellsize 20";
+    fs::write(site.path().join("earth.asc"), format!("{head}\n{rows}\n")).expect("the grid is written");
+    ends(&run(&site, "build --elevation-crs EPSG:32632 --elevation earth.asc -o earth.hop"), 0);
+    let fix = |second: u32| {
+        let (latitude, height) = (45.1545 + 0.0001 * f64::from(second), 100 + 6 * second);
+        format!("{second},9.01,{latitude:.6},{height}\n")
+    };
+    let fixes: String = (0..=60).map(fix).collect();
+    fs::write(site.path().join("climb.csv"), format!("t,lon_deg,lat_deg,alt_msl_m\n{fixes}"))
+        .expect("a path");
+
+    let pitch = |flags: &str, folder: &str| {
+        let flight = "render earth.hop --path climb.csv --size 16x9 --fps 1 --duration 4s --progress none";
+        let said = ends(&run(&site, &format!("{flight} {flags} -o {folder}/####.png")), 0);
+        (said.contains("low enough to show the ground"), column(&site, folder, "pitch_deg")[2].round())
+    };
+    assert_eq!(pitch("", "held"), (true, -6.0));
+    assert_eq!(pitch("--look ahead", "nose"), (false, 28.0));
+    assert_eq!(pitch("--pitch 3", "own"), (false, 3.0));
+    // Other screens see the ground anyway, and are held by who looks around.
+    assert_eq!(pitch("--screen cylindrical", "round"), (false, 28.0));
 }
 
 /// Largest difference between a column of the poses and what it should be.
