@@ -210,7 +210,10 @@ impl Titling {
     /// # Errors
     /// A clause that says what is wrong with it.
     pub fn check_text(text: &str) -> std::result::Result<(), String> {
-        if text.trim().is_empty() {
+        let is_seen = |letter: char| {
+            !letter.is_whitespace() && !matches!(letter, '\u{200B}'..='\u{200F}' | '\u{2060}' | '\u{FEFF}')
+        };
+        if !text.contains(is_seen) {
             return Err("is empty; write something, or leave it out".into());
         }
         let length = text.chars().count();

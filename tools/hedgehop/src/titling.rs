@@ -176,7 +176,24 @@ fn offset(given: &str) -> Result<f64, String> {
 
 impl TitlingArgs {
     /// Returns what the flags say, and the scene where they are silent.
-    pub fn titling(&self, scene: Option<&Scene>) -> Titling {
+    ///
+    /// # Errors
+    /// A flag of texts or figures where there are none.
+    pub fn titling(&self, scene: Option<&Scene>) -> Result<Titling> {
+        let titling = self.said(scene);
+        let idle = if titling.texts().next().is_none() && !self.font.is_empty() {
+            Some("--font has letters for texts; give a --title, --credits or --caption, too, or leave it out")
+        } else if titling.figures == Figures::default() && self.units.is_some() {
+            Some("--units is of figures; give --overlay film, or some of its figures, too, or leave it out")
+        } else if !titling.figures.clock && self.utc_offset.is_some() {
+            Some("--utc-offset is of the clock; give --overlay film or --overlay clock, too, or leave it out")
+        } else {
+            None
+        };
+        idle.map_or(Ok(titling), |what| Err(Error::Configuration(what.into())))
+    }
+
+    fn said(&self, scene: Option<&Scene>) -> Titling {
         let mut titling = scene.map(|scene| scene.titling.clone()).unwrap_or_default();
         match self.overlay {
             Some(Overlay::Style(style)) => titling.set_style(style),

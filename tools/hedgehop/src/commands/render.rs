@@ -142,7 +142,7 @@ impl FrameRequest {
     fn read(args: &RenderArgs, reporter: &Reporter) -> Result<Self> {
         let scene = args.trails.add_to(args.scene.read(reporter)?, &args.flight, reporter)?;
         let finish = args.finish.finish(scene.as_ref())?;
-        let titling = args.titling.titling(scene.as_ref());
+        let titling = args.titling.titling(scene.as_ref())?;
         let setup = args.film.sized(&args.flight.screen)?.setup()?.behind_lens(finish.distortion)?;
         conflicts::check_combination(args, scene.as_ref(), &setup)?;
         args.aov.check(args.target(), &setup)?;

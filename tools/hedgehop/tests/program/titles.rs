@@ -86,6 +86,9 @@ fn what_cannot_be_shown_is_refused_in_a_sentence() {
         ("--caption 9s-5s=Text", 2, "not after its beginning"),
         ("--caption 15:00=Late", 2, "the time of a caption lies outside the flight"),
         ("--utc-offset 15", 2, "-14 to 14"),
+        ("--font no.ttf", 2, "give a --title"),
+        ("--title A --units metric", 2, "--units is of figures"),
+        ("--overlay map --utc-offset 2", 2, "--utc-offset is of the clock"),
         ("--units miles", 2, "metric, aviation, imperial"),
     ] {
         let said =
