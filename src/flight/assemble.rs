@@ -2,7 +2,7 @@
 
 use super::parts;
 use super::track::{Fix, Horizontal, Track};
-use crate::flight::raw::{CLOCK, COORDINATE_LIMIT, DAY, DURATION_LIMIT, PathSource, RawFix, Reading};
+use crate::flight::raw::{CLOCK, COORDINATE_LIMIT, DURATION_LIMIT, PathSource, RawFix, Reading};
 use hedgehop_base::error::{Error, Result};
 
 /// Checks ranges and the order of times, drops fixes with the time of their predecessor, and starts the clock at 0.
@@ -54,8 +54,8 @@ pub(super) fn assemble(source: &PathSource<'_>, mut reading: Reading) -> Result<
         notes.push(format!("{repeated} fixes repeat the time of the fix before them and were dropped."));
     }
 
-    let time_of_day = reading.tells_time.then(|| first.fix.time.rem_euclid(DAY));
-    Ok(Track { path: source.path.to_owned(), format, fixes: kept, time_of_day, notes })
+    let clock = reading.epoch.map(|epoch| epoch.clock_at(first.fix.time));
+    Ok(Track { path: source.path.to_owned(), format, fixes: kept, clock, notes })
 }
 
 /// Some latitude is none, and all longitudes could be latitudes.

@@ -3,7 +3,7 @@
 //! <https://www.topografix.com/GPX/1/1/>. `ele` is metres above mean sea level, `hdop` tells how sure a point
 //! is. Routes and waypoints carry no times of flight and are not flown.
 
-use super::raw::{PathSource, RawFix, Reading};
+use super::raw::{Epoch, PathSource, RawFix, Reading};
 use super::timestamp::unix_seconds;
 use super::track::{Altitude, AltitudeMode, Horizontal};
 use super::xml::{XmlPlace, XmlStep, attribute, walk};
@@ -53,7 +53,7 @@ pub(super) fn read(source: &PathSource<'_>, text: &str) -> Result<Reading> {
         fixes: points.fixes,
         parts: points.segments,
         noun: "track segments",
-        tells_time: true,
+        epoch: Some(Epoch::UNIX),
         notes,
     })
 }

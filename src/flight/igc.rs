@@ -11,8 +11,9 @@
 //! it. An `HFALG` header decides where there is one.
 
 use igc::records::{BRecord, FixValid, IRecord};
+use time::{Date, Month};
 
-use super::raw::{DAY, PathSource, RawFix, Reading};
+use super::raw::{DAY, Epoch, PathSource, RawFix, Reading};
 use super::track::{Altitude, AltitudeMode, Horizontal};
 use hedgehop_base::error::{Error, Result};
 
@@ -78,7 +79,24 @@ pub(super) fn read(source: &PathSource<'_>, text: &str) -> Result<Reading> {
         notes.push(format!("{} fixes without valid GNSS altitude were dropped.", total - fixes.len()));
     }
 
-    Ok(Reading::of_one("IGC", fixes, true, notes))
+    Ok(Reading::of_one("IGC", fixes, Some(epoch(text)), notes))
+}
+
+/// Returns the midnight that times of fixes count from: that of the day in the last date header before the first fix (`HFDTE210626`, or
+/// `HFDTEDATE:210626,01`).
+fn epoch(text: &str) -> Epoch {
+    let headers = text.lines().take_while(|line| !line.starts_with('B'));
+    let date = headers.filter(|line| line.starts_with('H') && line.get(2..5) == Some("DTE")).last();
+    let midnight = date.and_then(|line| {
+        let digits: String = line.chars().filter(char::is_ascii_digit).take(6).collect();
+        let pair = |at: usize| digits.get(at..at + 2)?.parse::<u8>().ok();
+        // GNSS recorders are younger than 1980.
+        let year = i32::from(pair(4)?);
+        let year = if year < 80 { 2000 + year } else { 1900 + year };
+        let date = Date::from_calendar_date(year, Month::try_from(pair(2)?).ok()?, pair(0)?).ok()?;
+        Some(date.midnight().assume_utc().unix_timestamp() as f64)
+    });
+    midnight.map_or(Epoch::SomeDay, Epoch::Day)
 }
 
 fn log(source: &PathSource<'_>, text: &str, notes: &mut Vec<String>) -> Result<Vec<Logged>> {

@@ -7,7 +7,7 @@
 //! puts the eye on the ground. A track with altitudes but without any mode is read as `absolute`, with a note, because
 //! exporters forget the element more often than they mean a clamped flight.
 
-use super::raw::{PathSource, RawFix, Reading};
+use super::raw::{Epoch, PathSource, RawFix, Reading};
 use super::timestamp::unix_seconds;
 use super::track::{Altitude, AltitudeMode, Fix, Horizontal};
 use super::xml::{XmlPlace, XmlStep, walk};
@@ -63,7 +63,7 @@ pub(super) fn read(source: &PathSource<'_>, text: &str) -> Result<Reading> {
         fixes: tracks.fixes,
         parts: tracks.tracks,
         noun: "tracks",
-        tells_time: true,
+        epoch: Some(Epoch::UNIX),
         notes,
     })
 }

@@ -52,5 +52,5 @@ pub use smooth::Smoothing;
 pub use timeline::{FlightSpan, FlightTime, Pace, Playback, Timeline};
 #[doc(hidden)]
 pub use track::Horizontal;
-pub use track::{Altitude, AltitudeMode, Fix, ReadOptions, Track};
+pub use track::{Altitude, AltitudeMode, Fix, ReadOptions, Track, TrackClock};
 pub use trajectory::{BindOptions, Trajectory};

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::track::{Altitude, Fix, Horizontal, ReadOptions};
+use super::track::{Altitude, Fix, Horizontal, ReadOptions, TrackClock};
 use hedgehop_base::error::Error;
 
 /// Farthest coordinate from the origin, metres. Beyond any projection of the Earth, and small enough that splines
@@ -48,6 +48,30 @@ impl PathSource<'_> {
     }
 }
 
+/// Midnight, UTC, that times of a clock count from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Epoch {
+    /// Midnight of a day that is not told.
+    SomeDay,
+    /// Midnight so many seconds after 1970-01-01T00:00:00Z.
+    Day(f64),
+}
+
+impl Epoch {
+    /// Midnight that seconds since 1970 count from.
+    pub const UNIX: Self = Self::Day(0.0);
+
+    /// Returns the clock that shows `time`, seconds after this midnight.
+    pub fn clock_at(self, time: f64) -> TrackClock {
+        let time_of_day = time.rem_euclid(DAY);
+        let midnight = match self {
+            Self::SomeDay => None,
+            Self::Day(midnight) => Some(midnight + DAY * (time / DAY).floor()),
+        };
+        TrackClock { time_of_day, midnight }
+    }
+}
+
 /// Everything that a reader found in a path file.
 #[derive(Debug)]
 pub(super) struct Reading {
@@ -57,15 +81,20 @@ pub(super) struct Reading {
     pub parts: Vec<Recording>,
     /// Several of them in the format's own words.
     pub noun: &'static str,
-    /// Whether the fixes' times are seconds after a midnight, UTC.
-    pub tells_time: bool,
+    /// Moment that the fixes' times count from, if they are of a clock.
+    pub epoch: Option<Epoch>,
     pub notes: Vec<String>,
 }
 
 impl Reading {
-    /// Fixes of a format that holds a single recording, and whether their times are of a clock.
-    pub fn of_one(format: &'static str, fixes: Vec<RawFix>, tells_time: bool, notes: Vec<String>) -> Self {
-        Self { format, fixes, parts: Vec::new(), noun: "", tells_time, notes }
+    /// Fixes of a format that holds a single recording, and what their times count from.
+    pub fn of_one(
+        format: &'static str,
+        fixes: Vec<RawFix>,
+        epoch: Option<Epoch>,
+        notes: Vec<String>,
+    ) -> Self {
+        Self { format, fixes, parts: Vec::new(), noun: "", epoch, notes }
     }
 }
 

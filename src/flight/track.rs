@@ -62,10 +62,26 @@ pub struct Track {
     pub format: &'static str,
     /// At least one fix, times strictly increasing.
     pub fixes: Vec<Fix>,
-    /// Seconds after midnight, UTC, of the first fix, if the file tells the time.
-    pub time_of_day: Option<f64>,
+    /// Clock at the first fix, if the file tells the time.
+    pub clock: Option<TrackClock>,
     /// Assumptions made and data dropped, as sentences.
     pub notes: Vec<String>,
+}
+
+/// Clock of a path file at its first fix.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TrackClock {
+    /// Seconds after midnight, UTC.
+    pub time_of_day: f64,
+    /// That midnight, seconds since 1970-01-01T00:00:00Z, if the file tells the day.
+    pub midnight: Option<f64>,
+}
+
+impl TrackClock {
+    /// Returns the seconds since 1970-01-01T00:00:00Z, if the file tells the day.
+    pub fn unix_seconds(&self) -> Option<f64> {
+        self.midnight.map(|midnight| midnight + self.time_of_day)
+    }
 }
 
 /// Answers of the user to what a file leaves open.

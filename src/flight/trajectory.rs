@@ -21,7 +21,7 @@ use super::raw::{CLOCK, COORDINATE_LIMIT};
 use super::smooth::{Smoother, Smoothing};
 use super::spline::Spline;
 use super::timeline::{FlightSpan, frames_within};
-use super::track::{AltitudeMode, Fix, Horizontal, Track};
+use super::track::{AltitudeMode, Fix, Horizontal, Track, TrackClock};
 use crate::space::{Attitude, Pose};
 use hedgehop_base::error::{Error, Result};
 use hedgehop_geo::{Crs, GridNorth, Transform, egm96_undulation};
@@ -54,7 +54,7 @@ pub struct Trajectory {
     attitude: AttitudeSource,
     hfov: Option<Samples>,
     default_hfov: f64,
-    time_of_day: Option<f64>,
+    clock: Option<TrackClock>,
     notes: Vec<String>,
     raised: f64,
     lacks_pitch: bool,
@@ -132,15 +132,21 @@ impl Trajectory {
         };
 
         let hfov = Samples::new(track.fixes.iter().map(|fix| (fix.time, fix.hfov)));
-        let (default_hfov, time_of_day) = (options.hfov, track.time_of_day);
+        let (default_hfov, clock) = (options.hfov, track.clock);
         let lacks_pitch = is_recorded && track.fixes.iter().all(|fix| fix.pitch.is_none());
-        Ok(Self { spline, attitude, hfov, default_hfov, time_of_day, notes, raised, lacks_pitch })
+        Ok(Self { spline, attitude, hfov, default_hfov, clock, notes, raised, lacks_pitch })
     }
 
     /// Returns how long the flight lasts and when it began.
     #[doc(hidden)]
     pub fn span(&self) -> FlightSpan {
-        FlightSpan { duration: self.duration(), time_of_day: self.time_of_day }
+        let time_of_day = self.clock.map(|clock| clock.time_of_day);
+        FlightSpan { duration: self.duration(), time_of_day }
+    }
+
+    /// Returns the clock at the first fix, if the file tells the time.
+    pub fn clock(&self) -> Option<TrackClock> {
+        self.clock
     }
 
     /// Length, seconds.

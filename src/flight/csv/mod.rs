@@ -10,7 +10,7 @@ use csv::{ReaderBuilder, StringRecord, Trim};
 
 use self::columns::{CsvColumn, CsvColumns, Quantity};
 pub(crate) use self::samples::{Wanted, read_columns};
-use super::raw::{PathSource, RawFix, Reading};
+use super::raw::{Epoch, PathSource, RawFix, Reading};
 use super::timestamp::unix_seconds;
 use super::track::{Altitude, AltitudeMode, Fix, Horizontal};
 use hedgehop_base::error::{Error, Result};
@@ -40,8 +40,9 @@ pub(super) fn read(source: &PathSource<'_>, text: &str) -> Result<Reading> {
 
     let line_of = |record: &StringRecord| record.position().map_or(0, csv::Position::line);
     let columns = CsvColumns::understand(source, line_of(&header), &header)?;
-    let tells_time = columns.time.name.to_ascii_lowercase().starts_with("unix");
-    let mut table = Table { source, columns: &columns, named: header.len(), tells_time };
+    let is_unix = columns.time.name.to_ascii_lowercase().starts_with("unix");
+    let epoch = is_unix.then_some(Epoch::UNIX);
+    let mut table = Table { source, columns: &columns, named: header.len(), epoch };
     let mut fixes = Vec::new();
     for record in records {
         let record = record.map_err(|error| damaged(source, &error))?;
@@ -50,7 +51,7 @@ pub(super) fn read(source: &PathSource<'_>, text: &str) -> Result<Reading> {
 
     let mut notes = columns.notes.clone();
     drop_unknown_headings(&mut fixes, &mut notes);
-    Ok(Reading::of_one(columns.format, fixes, table.tells_time, notes))
+    Ok(Reading::of_one(columns.format, fixes, table.epoch, notes))
 }
 
 fn damaged(source: &PathSource<'_>, error: &csv::Error) -> Error {
@@ -71,8 +72,8 @@ struct Table<'a> {
     source: &'a PathSource<'a>,
     columns: &'a CsvColumns,
     named: usize,
-    /// Whether times are dates, or seconds since 1970.
-    tells_time: bool,
+    /// Moment that times count from, if they are dates, or seconds since 1970.
+    epoch: Option<Epoch>,
 }
 
 impl Table<'_> {
@@ -143,7 +144,7 @@ impl Table<'_> {
             return Ok(seconds);
         }
 
-        self.tells_time = true;
+        self.epoch = Some(Epoch::UNIX);
         unix_seconds(cell).ok_or_else(|| {
             self.source.at_line(
                 line,

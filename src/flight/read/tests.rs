@@ -175,6 +175,32 @@ fn igc_flies_valid_gnss_fixes_through_midnight_with_extra_digits() {
 }
 
 #[test]
+fn clocks_tell_the_day_where_the_file_does() {
+    let clock = |name: &str, text: &str| parse(name, text).unwrap().clock.unwrap();
+    let igc = clock("a.igc", IGC);
+    // 2026-05-01.
+    let may = 1_777_593_600.0;
+    assert_eq!((igc.midnight, igc.time_of_day.floor()), (Some(may), 86_398.0));
+    assert_eq!(igc.unix_seconds(), Some(may + igc.time_of_day));
+    for (header, midnight) in [
+        ("HFDTEDATE:010526,01", Some(may)),
+        ("HFDTE DATE: 010526", Some(may)),
+        ("HFDTE310398", Some(891_302_400.0)),
+        ("HFDTE320526", None),
+        ("HFDTE", None),
+        ("HFPLT010526", None),
+    ] {
+        assert_eq!(clock("a.igc", &IGC.replace("HFDTE010526", header)).midnight, midnight, "{header}");
+    }
+
+    let csv = |column: &str, cell: &str| parse("a.csv", &format!("{column},x,y,z\n{cell},1,2,3\n")).unwrap();
+    let dated = csv("time", "2026-05-01T12:00:00+02:00").clock.unwrap();
+    assert_eq!((dated.midnight, dated.time_of_day), (Some(may), 36_000.0));
+    assert_eq!(csv("unix_time_s", "1777629600.5").clock.unwrap().unix_seconds(), Some(may + 36_000.5));
+    assert_eq!(csv("time_s", "36000").clock, None);
+}
+
+#[test]
 fn igc_errors_name_lines() {
     assert_error("a.igc", &IGC.replace("B2359594730000N", "B2359594730000Q"), &["line 5", "damaged"]);
     assert_error(

@@ -180,7 +180,7 @@ pub fn single_fix(
         path: path.as_ref().to_owned(),
         format: "single eye",
         fixes: vec![fix],
-        time_of_day: None,
+        clock: None,
         notes: Vec::new(),
     }
 }

@@ -170,8 +170,8 @@ impl TrailArgs {
 
 /// Time at which another flight begins, seconds after the first fix of the own: by the clocks of both, on the nearest day.
 fn start(own: &Track, other: &Track, path: &Path, observer: &dyn Observer) -> f64 {
-    let (Some(first), Some(second)) = (own.time_of_day, other.time_of_day) else {
-        let silent = if own.time_of_day.is_none() { own } else { other };
+    let (Some(first), Some(second)) = (own.clock, other.clock) else {
+        let silent = if own.clock.is_none() { own } else { other };
         observer.note(&format!(
             "{} begins with the flight, since {} tells no time of day",
             path.display(),
@@ -179,7 +179,7 @@ fn start(own: &Track, other: &Track, path: &Path, observer: &dyn Observer) -> f6
         ));
         return 0.0;
     };
-    let apart = second - first;
+    let apart = second.time_of_day - first.time_of_day;
     let apart = apart - DAY * (apart / DAY).round();
     let way = if apart < 0.0 { "before" } else { "after" };
     observer.note(&format!(
@@ -222,6 +222,8 @@ fn other(name: String, track: Track, start: f64, codes: [u8; 3]) -> Object {
 
 #[cfg(test)]
 mod tests {
+    use hedgehop::flight::TrackClock;
+
     use super::*;
 
     #[test]
@@ -237,7 +239,7 @@ mod tests {
             path: name.into(),
             format: "IGC",
             fixes: Vec::new(),
-            time_of_day,
+            clock: time_of_day.map(|time_of_day| TrackClock { time_of_day, midnight: None }),
             notes: Vec::new(),
         };
         let cases = [
