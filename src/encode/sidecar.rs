@@ -147,6 +147,9 @@ pub struct FrameRecord {
     pub hfov_deg: Option<f64>,
     /// Pixels: width, height.
     pub size_px: [u32; 2],
+    /// Sun of the frame, clockwise from grid north and above the horizon, degrees; absent if it stands still.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sun_azimuth_elevation_deg: Option<[f64; 2]>,
     /// Cost of paging from the delivery of the frame before to that of this one; absent if it was not rendered now.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub paging: Option<Paging>,
@@ -184,6 +187,7 @@ impl FrameRecord {
             screen: camera.screen().to_string(),
             hfov_deg,
             size_px: [camera.width, camera.height],
+            sun_azimuth_elevation_deg: None,
             paging: None,
             coarser_share: None,
         }

@@ -5,7 +5,7 @@ use super::overlays::Pass;
 use super::renderer::Renderer;
 use crate::space::Camera;
 use crate::subimage::{Farm, Stage};
-use crate::weather::clouds::{AirOverGround, CloudField, CloudLattice, CloudStage};
+use crate::weather::clouds::{AirOverGround, CloudDensities, CloudLattice, CloudStage};
 use hedgehop_base::error::Result;
 
 /// Clouds of the weather, before what is behind them; ranges stay those of that.
@@ -19,7 +19,8 @@ impl Pass for CloudPass<'_, '_> {
         let Self { renderer, camera } = self;
         let Some(clouds) = &renderer.options.weather.clouds else { return Ok(()) };
         let (sun, header) = (renderer.options.sun, renderer.source.header());
-        let field = renderer.shared.clouds.get_or_init(|| CloudField::new(clouds, sun));
+        let densities = || renderer.shared.clouds.get_or_init(|| CloudDensities::new(clouds));
+        let field = renderer.lit.clouds.get_or_init(|| densities().lit(clouds, sun));
         let atmosphere = renderer.options.atmosphere(header);
         let air = AirOverGround { atmosphere: &atmosphere, highest: header.height_range.high };
         let stage = CloudStage::new(renderer.isa, camera, field, clouds, sun, air, renderer.seconds);

@@ -145,7 +145,7 @@ impl Renderer<'_> {
         let (Rendered { frame, account }, own_ranges) = match view {
             Some(view) => planes::frame(self, &view, wanted == Wanted::Channels, farm)?,
             None => {
-                let shades = self.shared.radiance.shades();
+                let shades = self.lit.radiance.shades();
                 (reference::render(self.source, camera, &self.options, shades, farm)?, None)
             }
         };

@@ -46,7 +46,7 @@ pub use limits::{far_limit, level_bands};
 pub use options::{Engine, RenderOptions};
 pub use overlays::Overlays;
 #[doc(hidden)]
-pub use page_planner::{FlightPlan, LivePlan, NumberedCamera};
+pub use page_planner::{FlightPlan, LiveFrame, LivePlan, NumberedCamera};
 pub use renderer::Renderer;
 #[doc(hidden)]
 pub use unserved::Unserved;

@@ -11,7 +11,7 @@ use crate::flight::Extrapolation;
 use crate::memory::PagePlanner;
 use crate::space::{Camera, Pose};
 use crate::subimage::Farm;
-use crate::sunlight::Shade;
+use crate::sunlight::{Shade, Sky};
 use crate::voxel::{Grid, PAGE_SIDE, PageId, PageNeeds, PagePart, PageSource};
 use hedgehop_base::error::Result;
 
@@ -22,6 +22,8 @@ pub struct NumberedCamera {
     pub number: u64,
     /// Sees the frame.
     pub camera: Camera,
+    /// Sun and stars of the frame; `None`: those of the renderer's options.
+    pub sky: Option<Sky>,
 }
 
 /// Foresees the frames that a renderer is to render.
@@ -49,7 +51,7 @@ impl<'a> FlightPlan<'a> {
 impl PagePlanner for FlightPlan<'_> {
     fn needs(&self, frame: u32) -> Result<PageNeeds> {
         match self.cameras.get(frame as usize) {
-            Some(frame) => self.renderer.foresee(&frame.camera, self.farm),
+            Some(frame) => self.renderer.under(frame.sky).foresee(&frame.camera, self.farm),
             None => Ok(PageNeeds::default()),
         }
     }
@@ -75,7 +77,7 @@ impl Renderer<'_> {
         match self.planes(camera, farm)? {
             Some(view) => {
                 let needs = planes::footprint(self, &view)?;
-                Ok(match self.shared.radiance.shades() {
+                Ok(match self.lit.radiance.shades() {
                     Some(shades) => with_supports(self.source, &needs, shades.shade()),
                     None => needs,
                 })
@@ -125,17 +127,30 @@ pub struct LivePlan<'a> {
 #[derive(Debug, Default)]
 struct LiveEye {
     motion: Extrapolation,
-    /// Number and time of the latest frame, and what saw it.
-    latest: Option<(u32, f64, Camera)>,
+    /// The latest frame.
+    latest: Option<LiveFrame>,
     /// Seconds from frame to frame.
     step: f64,
+}
+
+/// A frame of a live flight.
+#[derive(Debug, Clone)]
+pub struct LiveFrame {
+    /// Number, rising.
+    pub frame: u32,
+    /// Time after any beginning, seconds.
+    pub seconds: f64,
+    /// Sees the frame.
+    pub camera: Camera,
+    /// Sun and stars of the frame; `None`: those of the renderer's options.
+    pub sky: Option<Sky>,
 }
 
 impl LiveEye {
     /// The pose of a frame; `None` if no frame is known.
     fn pose_of(&self, frame: u32) -> Option<Pose> {
-        let (known, seconds, _) = self.latest.as_ref()?;
-        self.motion.pose_at(seconds + f64::from(frame.saturating_sub(*known)) * self.step)
+        let known = self.latest.as_ref()?;
+        self.motion.pose_at(known.seconds + f64::from(frame.saturating_sub(known.frame)) * self.step)
     }
 }
 
@@ -149,19 +164,20 @@ impl<'a> LivePlan<'a> {
         self.seen.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// `camera` sees frame `frame`, `seconds` after any beginning. Frames that are not later than the last one that was told are passed over.
+    /// Takes note of the next frame. Frames that are not later than the last one that was told are passed over.
     ///
     /// # Errors
     /// A time or a pose that is not finite.
-    pub fn tell(&self, frame: u32, seconds: f64, camera: &Camera) -> Result<()> {
+    pub fn tell(&self, next: LiveFrame) -> Result<()> {
         let mut seen = self.seen();
-        seen.motion.observe(seconds, &camera.pose)?;
-        match seen.latest {
-            Some((last, before, _)) if frame <= last || seconds <= before => return Ok(()),
-            Some((last, before, _)) => seen.step = (seconds - before) / f64::from(frame - last),
-            None => {}
+        seen.motion.observe(next.seconds, &next.camera.pose)?;
+        if let Some(last) = &seen.latest {
+            if next.frame <= last.frame || next.seconds <= last.seconds {
+                return Ok(());
+            }
+            seen.step = (next.seconds - last.seconds) / f64::from(next.frame - last.frame);
         }
-        seen.latest = Some((frame, seconds, camera.clone()));
+        seen.latest = Some(next);
         Ok(())
     }
 
@@ -169,14 +185,18 @@ impl<'a> LivePlan<'a> {
     pub fn predict(&self, frame: u32) -> Option<Camera> {
         let seen = self.seen();
         let pose = seen.pose_of(frame)?;
-        seen.latest.as_ref().map(|(.., camera)| camera.moved_to(pose))
+        seen.latest.as_ref().map(|latest| latest.camera.moved_to(pose))
     }
 }
 
 impl PagePlanner for LivePlan<'_> {
     fn needs(&self, frame: u32) -> Result<PageNeeds> {
         match self.predict(frame) {
-            Some(camera) => self.renderer.foresee(&camera, self.farm),
+            Some(camera) => {
+                // From frame to frame the sun hardly moves.
+                let sky = self.seen().latest.as_ref().and_then(|latest| latest.sky);
+                self.renderer.under(sky).foresee(&camera, self.farm)
+            }
             None => Ok(PageNeeds::default()),
         }
     }

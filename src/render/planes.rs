@@ -126,7 +126,7 @@ fn render(
     scale: Scale,
 ) -> Result<Account> {
     let (marching, shading, imaging) = (StageClock::default(), StageClock::default(), StageClock::default());
-    renderer.shared.radiance.begin_frame();
+    renderer.lit.radiance.begin_frame();
     renderer.shared.turned.begin_frame();
     let groups: Vec<_> = (0..view.shape.groups()).map(|index| view.shape.kept(index)).collect();
     let size = groups.iter().map(|kept| kept.rows).sum();
@@ -324,7 +324,7 @@ fn see(
 
     // What a worker looked up serves all of its tasks.
     let worker = |waits: bool| {
-        let light = RadiancePages::new(renderer.source, &renderer.shared.radiance);
+        let light = RadiancePages::new(renderer.source, &renderer.lit.radiance);
         Worker {
             march: PlaneMarch::new(renderer.source, &renderer.shared.turned, strides.clone()),
             paint: Paint {

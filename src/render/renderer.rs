@@ -10,11 +10,12 @@ use super::plane_view::LastScreen;
 use crate::cache::Used;
 use crate::frame::Picture;
 use crate::raymarch::scan::{Profile, TurnedPages};
+use crate::sensor::Facets;
 use crate::sensor::radiance::Radiance;
-use crate::sensor::{Facets, VisualSensor};
 use crate::simd::Isa;
-use crate::voxel::PageSource;
-use crate::weather::clouds::CloudField;
+use crate::sunlight::{Night, Sky};
+use crate::voxel::{Header, PageSource};
+use crate::weather::clouds::{CloudDensities, CloudField};
 
 /// One part of so many of the memory for what is computed from pages holds heights, the others light: light takes longer, and paint that
 /// may have to be read again.
@@ -28,7 +29,7 @@ pub(super) const SHADES: usize = 128 << 20;
 
 /// Renders frames of one database, one after the other or several at once.
 ///
-/// Keeps what frames share: the radiance of pages under the sun of the options.
+/// Keeps what frames share: what is found in pages, and their radiance under the sun of the options.
 #[derive(Debug)]
 pub struct Renderer<'a> {
     pub(super) source: &'a dyn PageSource,
@@ -38,13 +39,15 @@ pub struct Renderer<'a> {
     pub(super) seconds: f64,
     /// Velocity of the eye, metres per second.
     pub(super) velocity: DVec3,
+    /// Bytes of what is computed from pages; `None`: as usual.
+    memory: Option<usize>,
     pub(super) shared: Arc<SharedState>,
+    pub(super) lit: Arc<LitState>,
 }
 
-/// State that frames of one database share.
-#[derive(Debug)]
+/// State that frames of one database share under any sun.
+#[derive(Debug, Default)]
 pub(super) struct SharedState {
-    pub(super) radiance: Radiance,
     pub(super) turned: TurnedPages,
     pub(super) screen: LastScreen,
     pub(super) plane_images: Used<PlaneImage>,
@@ -52,46 +55,63 @@ pub(super) struct SharedState {
     pub(super) ranges: Used<Vec<f32>>,
     pub(super) profiles: Used<Profile>,
     pub(super) lighting: Used<LightingScratch>,
+    pub(super) clouds: OnceLock<CloudDensities>,
+}
+
+/// State that frames of one database share under one sun.
+#[derive(Debug)]
+pub(super) struct LitState {
+    pub(super) radiance: Radiance,
     pub(super) clouds: OnceLock<CloudField>,
     pub(super) facets: Facets,
 }
 
 impl SharedState {
-    /// Nothing yet.
-    fn new(sensor: VisualSensor, radiance: Radiance, turned: TurnedPages) -> Self {
-        Self {
-            radiance,
-            turned,
-            screen: LastScreen::default(),
-            plane_images: Used::default(),
-            pictures: Used::default(),
-            ranges: Used::default(),
-            profiles: Used::default(),
-            lighting: Used::default(),
-            clouds: OnceLock::new(),
-            facets: Facets::new(sensor),
-        }
+    /// Nothing yet, within a budget in bytes.
+    fn new(memory: Option<usize>) -> Self {
+        let turned = memory.map(|bytes| TurnedPages::new(bytes / TURNED_SHARE)).unwrap_or_default();
+        Self { turned, ..Self::default() }
+    }
+}
+
+impl LitState {
+    /// Nothing yet of a database with this header, under the sun of `options`, within a budget in bytes.
+    fn new(header: &Header, options: &RenderOptions, memory: Option<usize>) -> Self {
+        let sensor = options.sensor();
+        let radiance = match memory {
+            None => Radiance::new(sensor).shaded(options.shades(header, SHADES)),
+            Some(bytes) => {
+                let shaded = if options.has_shadows() { bytes / SHADED_SHARE } else { 0 };
+                Radiance::with_budget(sensor, bytes - bytes / TURNED_SHARE - shaded)
+                    .shaded(options.shades(header, shaded))
+            }
+        };
+        Self { radiance, clouds: OnceLock::new(), facets: Facets::new(sensor) }
     }
 }
 
 impl<'a> Renderer<'a> {
     /// A renderer with the fastest instruction set of this machine.
     pub fn new(source: &'a dyn PageSource, options: &RenderOptions) -> Self {
-        let shades = options.shades(source.header(), SHADES);
-        let radiance = Radiance::new(options.sensor()).shaded(shades);
-        let shared = Arc::new(SharedState::new(options.sensor(), radiance, TurnedPages::default()));
-        Self { source, options: *options, isa: Isa::best(), seconds: 0.0, velocity: DVec3::ZERO, shared }
+        Self {
+            source,
+            options: *options,
+            isa: Isa::best(),
+            seconds: 0.0,
+            velocity: DVec3::ZERO,
+            memory: None,
+            shared: Arc::new(SharedState::new(None)),
+            lit: Arc::new(LitState::new(source.header(), options, None)),
+        }
     }
 
     /// The same, keeping at most `bytes` of what is computed from pages, besides what the latest frames used.
     #[must_use]
     pub fn with_memory(self, bytes: usize) -> Self {
-        let turned = bytes / TURNED_SHARE;
-        let shaded = if self.options.has_shadows() { bytes / SHADED_SHARE } else { 0 };
-        let radiance = Radiance::with_budget(self.options.sensor(), bytes - turned - shaded)
-            .shaded(self.options.shades(self.source.header(), shaded));
-        let shared = SharedState::new(self.options.sensor(), radiance, TurnedPages::new(turned));
-        Self { shared: Arc::new(shared), ..self }
+        let memory = Some(bytes);
+        let shared = Arc::new(SharedState::new(memory));
+        let lit = Arc::new(LitState::new(self.source.header(), &self.options, memory));
+        Self { memory, shared, lit, ..self }
     }
 
     /// The same over another source of the same database, one that has some of its pages only, say; what is kept is shared.
@@ -102,7 +122,9 @@ impl<'a> Renderer<'a> {
             isa: self.isa,
             seconds: self.seconds,
             velocity: self.velocity,
+            memory: self.memory,
             shared: self.shared.clone(),
+            lit: self.lit.clone(),
         }
     }
 
@@ -110,6 +132,17 @@ impl<'a> Renderer<'a> {
     #[must_use]
     pub fn with_isa(self, isa: Isa) -> Self {
         Self { isa, ..self }
+    }
+
+    /// The same under another sun and, if there are stars, other ones, for a frame of its own: what depends on light is not shared. `None`: under those of the options.
+    #[must_use]
+    pub fn under(&self, sky: Option<Sky>) -> Self {
+        let same = self.over(self.source);
+        let Some(Sky { sun, firmament }) = sky else { return same };
+        let stars = self.options.night.stars.map(|_| firmament);
+        let options = RenderOptions { sun, night: Night { stars, ..self.options.night }, ..self.options };
+        let lit = Arc::new(LitState::new(self.source.header(), &options, self.memory));
+        Self { options, lit, ..same }
     }
 
     /// The same, so many seconds after the flight's first fix: as far the wind has taken the clouds.

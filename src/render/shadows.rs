@@ -253,8 +253,8 @@ impl<'r, 'a> Shadows<'r, 'a> {
 
     /// Builds the filter that samples the ground.
     fn filter(&self, camera: &Camera) -> SurfaceFilter<'r> {
-        let Renderer { source, options, shared, .. } = self.renderer;
-        let filter = SurfaceFilter::new(*source, camera.footprint()).shaded(shared.radiance.shades());
+        let Renderer { source, options, lit, .. } = self.renderer;
+        let filter = SurfaceFilter::new(*source, camera.footprint()).shaded(lit.radiance.shades());
         if options.tile_world { filter.endless() } else { filter }
     }
 

@@ -44,7 +44,7 @@ impl<'a> SpanRenderer<'a> {
             isa: renderer.isa,
             eye,
             march: SpanMarch::new(source),
-            facets: renderer.shared.facets.on(source, renderer.shared.radiance.shades()),
+            facets: renderer.lit.facets.on(source, renderer.lit.radiance.shades()),
             cover: SpanCoverage::default(),
         })
     }

@@ -198,10 +198,10 @@ impl<'r, 'a> Sunlit<'r, 'a> {
     }
 
     fn find(&self, place: &SunlitBody) -> Result<f32> {
-        let Renderer { source, shared, .. } = self.renderer;
+        let Renderer { source, lit, .. } = self.renderer;
         let header = source.header();
         let ground = ground_height(*source, place.middle.truncate())?;
-        if let (Some(ground), Some(shades)) = (ground, shared.radiance.shades())
+        if let (Some(ground), Some(shades)) = (ground, lit.radiance.shades())
             && place.middle.z - ground < GROUNDED * place.radius
         {
             let units = (place.middle.truncate() - header.grid.origin) / header.grid.spacing;

@@ -9,7 +9,7 @@ use crate::flight::{Shot, Track};
 use crate::objects::Form;
 use crate::scene::joint::Joint;
 use crate::scene::{Finish, Light, Plume, Titling, Trail};
-use crate::sunlight::{Night, Sky, SunSetting};
+use crate::sunlight::{FilmSun, Night, Sky};
 use crate::weather::Weather;
 use hedgehop_base::error::{Error, Result};
 use hedgehop_geo::Crs;
@@ -38,7 +38,7 @@ pub struct Scene {
     /// Hexadecimal BLAKE3 of the file and of all files that it names.
     pub digest: String,
     /// Position of the sun, if it is given: from 90 degrees below the horizon to 90 above it.
-    pub sun: Option<SunSetting>,
+    pub sun: Option<FilmSun>,
     /// Whether ground lies in the shadow of ground, if it says so.
     pub shadows: Option<bool>,
     /// Light besides the sun's.
@@ -161,17 +161,24 @@ impl Scene {
         }
     }
 
-    /// Finds where sun and stars of the scene stand over a place of `crs` (its metres or degrees), if it says so.
+    /// Finds where sun and stars of the scene stand over a place of `crs` (its metres or degrees), if it says so and they stand still.
     ///
     /// # Errors
-    /// [`Error::Invalid`] with the line: what [`SunSetting::over`] says of its time.
+    /// [`Error::Invalid`] with the line: what [`SunSetting::over`](crate::sunlight::SunSetting::over) says of its time.
     pub fn sky_over(&self, crs: &Crs, place: DVec2) -> Result<Option<Sky>> {
-        let of_scene = |error: Error| match (error, self.lines.time) {
+        match self.sun {
+            Some(FilmSun::Still(sun)) => sun.over(crs, place).map(Some).map_err(|error| self.of_sun(error)),
+            Some(FilmSun::Track | FilmSun::From(_)) | None => Ok(None),
+        }
+    }
+
+    /// Adds the line of the sun's time to what is wrong with it.
+    pub fn of_sun(&self, error: Error) -> Error {
+        match (error, self.lines.time) {
             (Error::Configuration(what), Some(line)) => {
                 Error::invalid(&self.path, format!("line {line}: {what}"))
             }
             (other, _) => other,
-        };
-        self.sun.map(|sun| sun.over(crs, place)).transpose().map_err(of_scene)
+        }
     }
 }

@@ -4,7 +4,8 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::{NightSky, SunLines};
-use crate::sunlight::{Night, SunSetting, written};
+use crate::sunlight::written::{self, BOTH};
+use crate::sunlight::{FilmSun, Night, SunSetting};
 use hedgehop_base::document::Reading;
 use hedgehop_base::error::Result;
 
@@ -14,6 +15,7 @@ pub(super) struct SunTable {
     azimuth_deg: Option<Spanned<f64>>,
     elevation_deg: Option<Spanned<f64>>,
     time: Option<Spanned<written::Time>>,
+    runs: Option<Spanned<bool>>,
     shadows: Option<Spanned<bool>>,
 }
 
@@ -52,8 +54,28 @@ impl SunTable {
     }
 
     /// Reads the position of the sun, if it says so.
-    pub fn read(self, reading: &Reading<'_>) -> Result<Option<SunSetting>> {
+    pub fn read(self, reading: &Reading<'_>) -> Result<Option<FilmSun>> {
+        let runs = self.runs.filter(|runs| *runs.get_ref());
+        if let Some(time) = self.time.as_ref().filter(|time| time.get_ref().is("track")) {
+            return match (self.azimuth_deg.or(self.elevation_deg), runs) {
+                (Some(_), _) => Err(reading.wrong(time.span(), BOTH.to_owned())),
+                (None, Some(runs)) => {
+                    let what = "the sun of time = \"track\" runs as it is; leave runs out";
+                    Err(reading.wrong(runs.span(), what.to_owned()))
+                }
+                (None, None) => Ok(Some(FilmSun::Track)),
+            };
+        }
+
         let read = written::sun("[sun]", self.azimuth_deg, self.elevation_deg, self.time);
-        read.map_err(|(span, what)| reading.wrong(span, what))
+        let still = read.map_err(|(span, what)| reading.wrong(span, what))?;
+        match (still, runs) {
+            (still, None) => Ok(still.map(FilmSun::Still)),
+            (Some(SunSetting::Time(time)), Some(_)) => Ok(Some(FilmSun::From(time))),
+            (_, Some(runs)) => {
+                let what = "runs needs time: that of the flight's first fix";
+                Err(reading.wrong(runs.span(), what.to_owned()))
+            }
+        }
     }
 }

@@ -13,6 +13,8 @@
 mod brightness;
 mod course;
 mod daylight;
+mod film;
+mod observatory;
 mod rows;
 mod sample;
 mod shade;
@@ -30,6 +32,9 @@ pub use brightness::{Brightness, illuminance};
 pub use course::SUN_SEMIDIAMETER;
 #[doc(hidden)]
 pub use daylight::Daylight;
+pub use film::{FilmSun, RunningSky};
+#[doc(hidden)]
+pub use observatory::Observatory;
 #[doc(hidden)]
 pub use sample::ShadeSampler;
 #[doc(hidden)]

@@ -10,6 +10,9 @@ use toml::value::Datetime;
 use super::{Sun, SunSetting};
 use hedgehop_base::document::Reading;
 
+/// Says that a sun has a time and angles.
+pub const BOTH: &str = "give time, or azimuth_deg and elevation_deg, not both";
+
 /// A date and time, or what may be one.
 #[derive(Debug, Deserialize)]
 #[serde(untagged, expecting = "time must be a date and time with an offset from UTC, 2026-06-21T09:30:00Z")]
@@ -18,6 +21,13 @@ pub enum Time {
     Date(Datetime),
     /// Date in quotation marks.
     Text(String),
+}
+
+impl Time {
+    /// Whether it is a word in quotation marks.
+    pub fn is(&self, word: &str) -> bool {
+        matches!(self, Self::Text(text) if text == word)
+    }
 }
 
 /// Fault of a value, and where that stands.
@@ -37,7 +47,7 @@ pub fn sun(
         (None, None, Some(time)) => return Ok(Some(SunSetting::Time(read_time(time)?))),
         (None, None, None) => return Ok(None),
         (Some(_), _, Some(time)) | (_, Some(_), Some(time)) => {
-            return Err((time.span(), "give time, or azimuth_deg and elevation_deg, not both".to_owned()));
+            return Err((time.span(), BOTH.to_owned()));
         }
         (Some(azimuth), Some(elevation), None) => (azimuth, elevation),
         (Some(one), None, None) => {

@@ -12,7 +12,7 @@ use tempfile::TempDir;
 use crate::hills::write_hills;
 use hedgehop::memory::{LOOKAHEAD, PageFile, PagePlanner, Paging, ResidentPages};
 use hedgehop::progress::Silent;
-use hedgehop::render::{Engine, LivePlan, RenderOptions, Renderer};
+use hedgehop::render::{Engine, LiveFrame, LivePlan, RenderOptions, Renderer};
 use hedgehop::space::{Attitude, Camera, Pose};
 use hedgehop::subimage::Farm;
 use hedgehop::voxel::{Damaged, PageId, PageNeeds, PagePart, PageSource, Trust, Verify};
@@ -41,6 +41,10 @@ fn camera_of(frame: u32, [width, height]: [u32; 2]) -> Camera {
     let eye = DVec3::new(800.0, 700.0, 330.0) + f64::from(frame) * DVec3::new(60.0, 55.0, 0.0);
     let attitude = Attitude { yaw: 47.0, pitch: -9.0, roll: 3.0 };
     Camera::new(Pose { eye, attitude, hfov: 60.0 }, width, height)
+}
+
+fn told(frame: u32, seconds: f64, camera: &Camera) -> LiveFrame {
+    LiveFrame { frame, seconds, camera: camera.clone(), sky: None }
 }
 
 fn options(engine: Engine) -> RenderOptions {
@@ -114,7 +118,7 @@ fn never_waits_and_refines(engine: Engine, size: [u32; 2], least_psnr: f64) {
 
     pages
         .live(&standstill, |flight| {
-            plan.tell(0, 0.0, &camera).unwrap();
+            plan.tell(told(0, 0.0, &camera)).unwrap();
             let begun = flight.begin(0);
             is_asked.recv().unwrap();
 
@@ -142,7 +146,7 @@ fn never_waits_and_refines(engine: Engine, size: [u32; 2], least_psnr: f64) {
             let mut shares = vec![share];
 
             for frame in 2.. {
-                plan.tell(frame, f64::from(frame), &camera).unwrap();
+                plan.tell(told(frame, f64::from(frame), &camera)).unwrap();
                 let present = flight.begin(frame);
                 let (picture, share) = see(&renderer.over(&present), &camera, 2).unwrap();
                 drop(present);
@@ -225,7 +229,7 @@ fn fly(pages: &ResidentPages, frames: u32, mut look: impl FnMut(u32, &[u8], f64)
     pages.live(&plan, |flight| {
         for frame in 0..frames {
             let camera = camera(frame);
-            plan.tell(frame, f64::from(frame) / 30.0, &camera)?;
+            plan.tell(told(frame, f64::from(frame) / 30.0, &camera))?;
             let (picture, share) = see(&renderer.over(&flight.begin(frame)), &camera, 2)?;
             flight.deliver(frame);
             look(frame, &picture, share);
@@ -268,7 +272,7 @@ fn where_a_view_is_larger_than_memory_its_nearest_pages_stay() {
         .live(&plan, |flight| {
             let (mut read, mut same) = (0, 0);
             for frame in 0.. {
-                plan.tell(frame, f64::from(frame), &camera(0)).unwrap();
+                plan.tell(told(frame, f64::from(frame), &camera(0))).unwrap();
                 let (_, share) = see(&renderer.over(&flight.begin(frame)), &camera(0), 1).unwrap();
                 assert!(share > 0.0);
                 flight.deliver(frame);
@@ -327,7 +331,7 @@ fn refined(path: &Path, damaged: Damaged, camera: &Camera, expected: &[u8]) -> R
     let since = Instant::now();
     pages.live(&plan, |flight| {
         for frame in 0.. {
-            plan.tell(frame, f64::from(frame), camera)?;
+            plan.tell(told(frame, f64::from(frame), camera))?;
             let picture = see(&renderer.over(&flight.begin(frame)), camera, 2)?.0;
             flight.deliver(frame);
             if picture == expected {
@@ -382,7 +386,7 @@ fn a_live_plan_foresees_what_the_flight_then_needs() {
         const KNOWN: u32 = 20;
 
         for frame in 0..=KNOWN {
-            plan.tell(frame, f64::from(frame) / 30.0, &seen(frame)).unwrap();
+            plan.tell(told(frame, f64::from(frame) / 30.0, &seen(frame))).unwrap();
         }
         for ahead in [1, 10, LOOKAHEAD] {
             let camera = seen(KNOWN + ahead);
@@ -399,7 +403,7 @@ fn a_live_plan_foresees_what_the_flight_then_needs() {
         let before = renderer_page(&pages, seen(KNOWN).pose, 1000.0);
         assert!(!plan.is_behind(KNOWN, before));
         assert!(plan.is_behind(KNOWN, behind), "{name}: {behind}");
-        assert!(plan.tell(99, f64::NAN, &seen(0)).is_err());
+        assert!(plan.tell(told(99, f64::NAN, &seen(0))).is_err());
     }
 }
 

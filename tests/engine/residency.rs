@@ -25,7 +25,9 @@ fn cameras() -> Vec<NumberedCamera> {
         let attitude = Attitude { yaw: 47.0, pitch: -4.0, roll: 0.0 };
         Camera::new(Pose { eye, attitude, hfov: 60.0 }, 320, 180)
     };
-    (0..FRAMES).map(|frame| NumberedCamera { number: u64::from(frame) + 1, camera: camera(frame) }).collect()
+    (0..FRAMES)
+        .map(|frame| NumberedCamera { number: u64::from(frame) + 1, camera: camera(frame), sky: None })
+        .collect()
 }
 
 struct Flown {

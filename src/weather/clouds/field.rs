@@ -57,14 +57,29 @@ pub struct CloudField {
     pub voxel: f64,
 }
 
-impl CloudField {
-    /// The layer that `clouds` describe, with light of `sun` in it.
-    pub fn new(clouds: &Clouds, sun: Sun) -> Self {
+/// Densities of a layer, which any sun may light.
+#[derive(Debug)]
+pub struct CloudDensities {
+    /// Shares of the densest, 0…1, `[LAYERS][SIDE][SIDE]`.
+    densities: Vec<f32>,
+    /// Metres per voxel, eastward and northward.
+    voxel: f64,
+}
+
+impl CloudDensities {
+    /// The layer that `clouds` describe.
+    pub fn new(clouds: &Clouds) -> Self {
         let voxel = clouds.scale / PER_CLOUD as f64;
-        let densities = densities(clouds, voxel);
-        Self::of(&densities, clouds, voxel, sun)
+        Self { densities: densities(clouds, voxel), voxel }
     }
 
+    /// Returns the layer with light of `sun` in it.
+    pub fn lit(&self, clouds: &Clouds, sun: Sun) -> CloudField {
+        CloudField::of(&self.densities, clouds, self.voxel, sun)
+    }
+}
+
+impl CloudField {
     /// A layer of `densities`, 0…1, `[LAYERS][SIDE][SIDE]`.
     pub fn of(densities: &[f32], clouds: &Clouds, voxel: f64, sun: Sun) -> Self {
         let (lights, shadow) = lights(densities, clouds, voxel, sun);

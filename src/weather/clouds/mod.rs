@@ -27,5 +27,5 @@ mod stage;
 mod tests;
 
 pub use band::CloudLattice;
-pub use field::CloudField;
+pub use field::{CloudDensities, CloudField};
 pub use stage::{AirOverGround, CloudStage};

@@ -5,10 +5,10 @@ use crate::pixels::Pixels;
 use crate::simd::{Floats, Isa, Kernel, LANES, Simd};
 use crate::space::{Attitude, Camera, Pose};
 use crate::sunlight::Sun;
-use crate::weather::clouds::CloudField;
 use crate::weather::clouds::field::{LAYERS, extinction};
 use crate::weather::clouds::march::CloudRays;
 use crate::weather::clouds::noise::SIDE;
+use crate::weather::clouds::{CloudDensities, CloudField};
 use crate::weather::{Atmosphere, Clouds};
 
 const SUN: Sun = Sun { azimuth: 120.0, elevation: 35.0 };
@@ -22,6 +22,10 @@ const CLOUDS: Clouds = Clouds {
     seed: 7,
     wind: [10.0, 0.0],
 };
+
+fn layer(clouds: &Clouds, sun: Sun) -> CloudField {
+    CloudDensities::new(clouds).lit(clouds, sun)
+}
 
 fn camera(eye: DVec3, pitch: f64, size: [u32; 2]) -> Camera {
     let attitude = Attitude { yaw: 30.0, pitch, roll: 4.0 };
@@ -88,7 +92,7 @@ fn transmittance_through_uniform_clouds_follows_the_law_of_beer() {
 
 #[test]
 fn pixels_between_the_lattices_rays_are_as_rays_of_their_own_tell() {
-    let field = CloudField::new(&CLOUDS, SUN);
+    let field = layer(&CLOUDS, SUN);
     for (eye, pitch, ground) in
         [(300.0, 12.0, 6000.0), (1300.0, 0.0, 2500.0), (2600.0, -25.0, 3600.0), (1300.0, -20.0, 700.0)]
     {
@@ -138,7 +142,7 @@ fn pixels_between_the_lattices_rays_are_as_rays_of_their_own_tell() {
 #[test]
 fn rows_near_the_horizon_follow_each_other_without_streaks() {
     let clouds = Clouds { base: 1500.0, top: 1900.0, coverage: 0.6, scale: 2000.0, ..CLOUDS };
-    let field = CloudField::new(&clouds, SUN);
+    let field = layer(&clouds, SUN);
     let camera = camera(DVec3::new(613_420.0, 5_241_400.0, 1750.0), 0.0, [16, 9]);
     let stage = stage(Isa::best(), &camera, &field, &clouds);
 
@@ -165,7 +169,7 @@ fn rows_near_the_horizon_follow_each_other_without_streaks() {
 
 #[test]
 fn instruction_sets_agree() {
-    let field = CloudField::new(&CLOUDS, SUN);
+    let field = layer(&CLOUDS, SUN);
     let camera = camera(DVec3::new(3.0e5, 5.0e6, 1200.0), 5.0, [61, 33]);
     let pictures: Vec<Vec<[f32; 3]>> = Isa::available()
         .into_iter()
@@ -202,7 +206,7 @@ fn as_much_of_the_sky_is_cloudy_as_is_asked_for() {
     for clouds in variants {
         for coverage in [0.0, 0.1, 0.25, 0.5, 0.6, 0.75, 0.9, 1.0] {
             // A slanting sun casts wider shadows.
-            let field = CloudField::new(&Clouds { coverage, ..clouds }, Sun { elevation: 90.0, ..SUN });
+            let field = layer(&Clouds { coverage, ..clouds }, Sun { elevation: 90.0, ..SUN });
             let cloudy = field.shadow.iter().filter(|through| **through < 0.5).count();
             let share = cloudy as f64 / field.shadow.len() as f64;
             assert!((share - coverage).abs() < 0.02, "{share} for {coverage}");
@@ -212,7 +216,7 @@ fn as_much_of_the_sky_is_cloudy_as_is_asked_for() {
 
 #[test]
 fn the_layer_repeats_without_a_seam_and_follows_seed_and_wind() {
-    let field = CloudField::new(&CLOUDS, SUN);
+    let field = layer(&CLOUDS, SUN);
     let step = |from: usize, to: usize| {
         (0..SIDE)
             .map(|row| (field.shadow[row * (SIDE + 1) + from] - field.shadow[row * (SIDE + 1) + to]).abs())
@@ -220,7 +224,7 @@ fn the_layer_repeats_without_a_seam_and_follows_seed_and_wind() {
     };
     let largest = (100..150).map(|column| step(column, column + 1)).fold(0.0, f32::max);
     assert!(step(SIDE - 1, 0) < 2.0 * largest, "{} {largest}", step(SIDE - 1, 0));
-    assert!(CloudField::new(&Clouds { seed: 8, ..CLOUDS }, SUN).words != field.words);
+    assert!(layer(&Clouds { seed: 8, ..CLOUDS }, SUN).words != field.words);
     let at = glam::DVec2::new(4.0e5, 5.0e6);
     let moved = field.place(at + glam::DVec2::new(300.0, 0.0), &CLOUDS, 30.0);
     assert!((moved - field.place(at, &CLOUDS, 0.0)).length() < 1e-6);
@@ -228,7 +232,7 @@ fn the_layer_repeats_without_a_seam_and_follows_seed_and_wind() {
 
 #[test]
 fn what_lies_before_clouds_keeps_its_bits() {
-    let field = CloudField::new(&CLOUDS, SUN);
+    let field = layer(&CLOUDS, SUN);
     let camera = camera(DVec3::new(3.0e5, 5.0e6, 2600.0), 10.0, [64, 20]);
     let stage = stage(Isa::best(), &camera, &field, &CLOUDS);
     let sky: Vec<u8> = (0..64 * 20 * 3).map(|byte| byte as u8).collect();

@@ -9,7 +9,7 @@ use hedgehop::Result;
 use hedgehop::geo::Crs;
 use hedgehop::objects::Form;
 use hedgehop::scene::*;
-use hedgehop::sunlight::{Sun, SunSetting};
+use hedgehop::sunlight::{FilmSun, Sun, SunSetting};
 use hedgehop::weather::{Fog, Weather};
 
 /// Reads a scene from text, with a track and a model beside it.
@@ -46,7 +46,7 @@ fn scenes_say_what_stands_where_and_when() {
     let scene = read(WHOLE).unwrap();
     assert_eq!(
         (scene.sun, scene.visibility),
-        (Some(SunSetting::At(Sun { azimuth: 200.0, elevation: 12.5 })), Some(8000.0))
+        (Some(FilmSun::Still(SunSetting::At(Sun { azimuth: 200.0, elevation: 12.5 }))), Some(8000.0))
     );
     let cast = scene.bind(&Crs::local(), &slope).unwrap();
     assert_eq!(cast.names().collect::<Vec<_>>(), ["car", "tower"]);

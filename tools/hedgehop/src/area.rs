@@ -10,12 +10,17 @@ use crate::reference::{crs, metres};
 use crate::sharpness;
 use hedgehop::Result;
 use hedgehop::scene::Scene;
-use hedgehop::sunlight::{Sky, SunSetting};
+use hedgehop::sunlight::{Observatory, Sky, SunSetting};
 use hedgehop::voxel::{CorridorRecord, Directory, Grid, Header, Metadata};
 
 /// Finds where sun and stars stand over the middle of the area.
 pub fn sky(sun: SunSetting, header: &Header) -> Result<Sky> {
     sun.over(&crs(header)?, 0.5 * (header.grid.origin + header.grid.far_corner()))
+}
+
+/// Returns the middle of the area as a place that sun and stars are seen from.
+pub fn observatory(header: &Header) -> Result<Observatory> {
+    Observatory::new(&crs(header)?, 0.5 * (header.grid.origin + header.grid.far_corner()))
 }
 
 /// Finds where sun and stars of a scene stand over the middle of a database's area, if it says so.

@@ -12,7 +12,7 @@ use hedgehop::Size;
 use hedgehop::render::Engine;
 use hedgehop::simd::Isa;
 use hedgehop::subimage::TaskSize;
-use hedgehop::sunlight::{Sun, SunSetting};
+use hedgehop::sunlight::{FilmSun, Sun, SunSetting};
 use hedgehop_modeling::raster::{FORMATS, RasterFormat};
 use hedgehop_modeling::recipe::matching;
 
@@ -133,6 +133,14 @@ pub fn sun(text: &str) -> Result<SunSetting, String> {
         Ok(SunSetting::At(Sun { azimuth: angles[0], elevation: angles[1] }))
     } else {
         Err("want an elevation from -90 to 90 degrees".into())
+    }
+}
+
+/// The sun of a film: that of [`sun`], or `track`.
+pub fn film_sun(text: &str) -> Result<FilmSun, String> {
+    match text {
+        "track" => Ok(FilmSun::Track),
+        still => sun(still).map(FilmSun::Still),
     }
 }
 

@@ -12,6 +12,7 @@ use glam::{DVec2, DVec3};
 
 use crate::frame_ranges::ranges;
 use crate::partner::Partner;
+use crate::running_sun::RunningSun;
 use crate::scene::Playing;
 use crate::screen::{PLANAR_RANGE, Setup};
 use crate::view::{FlightArgs, over_ground};
@@ -22,6 +23,7 @@ use hedgehop::progress::Observer;
 use hedgehop::render::NumberedCamera;
 use hedgehop::scene::Scene;
 use hedgehop::space::{Attitude, Camera, Pose};
+use hedgehop::sunlight::{RunningSky, Sky};
 use hedgehop::voxel::PageSource;
 use hedgehop::{Error, Result};
 use hedgehop_query::Ground;
@@ -54,9 +56,11 @@ pub struct FilmRequest<'a> {
     pub fps: FrameRate,
     /// Scene with objects and cameras, if there is one.
     pub scene: Option<&'a Scene>,
+    /// Sun that runs with the flight, if one does.
+    pub sun: Option<RunningSun<'a>>,
 }
 
-/// Motion of a film's eye, and of what flies.
+/// Motion of a film's eye, of what flies, and of the sun.
 #[derive(Debug, Clone)]
 pub struct FilmMotion {
     /// Path of what flies over time.
@@ -65,6 +69,8 @@ pub struct FilmMotion {
     pub timeline: Timeline,
     /// Camera over time.
     pub rig: Arc<Rig>,
+    /// Sun and stars over time; `None`: they stand still.
+    pub sky: Option<RunningSky>,
 }
 
 /// A path bound to a database and a scene, and its frames.
@@ -84,6 +90,11 @@ impl FilmMotion {
     /// Returns the pose of the eye in a frame.
     pub fn pose(&self, number: u64) -> Pose {
         self.rig.pose_at(self.timeline.seconds_at(number))
+    }
+
+    /// Returns sun and stars of a frame, if they run.
+    fn sky(&self, number: u64) -> Result<Option<Sky>> {
+        self.sky.map(|sky| sky.at(self.timeline.seconds_at(number))).transpose()
     }
 
     /// Returns the velocity of the eye, metres per second: between half a frame before and half a frame after; `None` of an eye that has
@@ -127,7 +138,7 @@ impl BoundFlight {
         choose: impl FnOnce(u64) -> Result<FrameSet>,
         observer: &dyn Observer,
     ) -> Result<Self> {
-        let FilmRequest { file, source, setup, fps, scene } = *request;
+        let FilmRequest { file, source, setup, fps, scene, sun } = *request;
         let flown = Arc::new(flight.bind(source, setup, observer)?);
         let timeline = Timeline::new(fps, flown.span(), &flight.playback.playback())?;
         let playing = scene.map(|scene| Playing::new(scene, source, flight.world, timeline, observer));
@@ -141,7 +152,8 @@ impl BoundFlight {
             Some(_) => playing.map(|playing| playing.seen_by(&rig)),
             None => playing,
         };
-        let motion = FilmMotion { flown, timeline, rig };
+        let sky = sun.map(|sun| sun.over(source.header(), &flown, flight.path.as_deref())).transpose()?;
+        let motion = FilmMotion { flown, timeline, rig, sky };
         let frames = choose(timeline.frame_count())?;
         frames.check_within(timeline.frame_count())?;
         let above = setup.is_map().then(|| source.header().height_range.high.ceil() + 1.0);
@@ -184,8 +196,11 @@ impl BoundFlight {
                 .for_each(|note| observer.note(note));
         }
 
-        let camera_of = |NumberedPose { number, pose }| NumberedCamera { number, camera: setup.camera(pose) };
-        let cameras = poses.into_iter().map(camera_of).collect();
+        let camera_of = |NumberedPose { number, pose }| {
+            let sky = motion.sky(number)?;
+            Ok(NumberedCamera { number, camera: setup.camera(pose), sky })
+        };
+        let cameras = poses.into_iter().map(camera_of).collect::<Result<_>>()?;
         Ok(Self { motion, playing, cameras, above })
     }
 

@@ -185,7 +185,7 @@ pub fn check_lens(cameras: &[NumberedCamera], finish: &Finish) -> Result<()> {
     let [k1, k2] = finish.distortion;
     let folds = |camera: &Camera| camera.ray(0.0, 0.0).is_none();
     match cameras.iter().find(|frame| (k1, k2) != (0.0, 0.0) && folds(&frame.camera)) {
-        Some(NumberedCamera { number, camera }) => Err(Error::Configuration(format!(
+        Some(NumberedCamera { number, camera, .. }) => Err(Error::Configuration(format!(
             "--distortion {k1},{k2} folds the picture of frame {number} before its corners, which {}° across reach; take coefficients \
              nearer to 0, or a narrower --hfov",
             camera.pose.hfov

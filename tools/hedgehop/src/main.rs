@@ -35,6 +35,7 @@ mod product;
 mod program;
 mod progress;
 mod reference;
+mod running_sun;
 mod scene;
 mod screen;
 mod sequence;

@@ -23,6 +23,7 @@ use hedgehop::geo::{Crs, Transform};
 use hedgehop::progress::Observer;
 use hedgehop::render::NumberedCamera;
 use hedgehop::space::Camera;
+use hedgehop::sunlight::Sky;
 use hedgehop::voxel::{Header, PageId};
 use hedgehop::{Error, Result, Size};
 
@@ -155,7 +156,7 @@ impl<'a> Files<'a> {
         let degrees = if crs.is_local() { None } else { Some(Transform::new(&crs, &Crs::wgs84())?) };
         let written = self.written.lock().unwrap_or_else(PoisonError::into_inner);
 
-        let record = |&NumberedCamera { number, ref camera }: &NumberedCamera| {
+        let record = |&NumberedCamera { number, ref camera, sky }: &NumberedCamera| {
             let file = self.path(number);
             let written = match written.get(&number) {
                 Some(written) => written.clone(),
@@ -164,12 +165,11 @@ impl<'a> Files<'a> {
             let eye = camera.pose.eye;
             let lonlat = degrees.as_ref().and_then(|degrees| degrees.apply(eye.x, eye.y));
 
-            Ok(FrameRecord::new(
-                &self.info(number),
-                camera,
-                lonlat.map(|(longitude, latitude)| [longitude, latitude]),
-                Some((&file, &written)),
-            ))
+            let lonlat = lonlat.map(|(longitude, latitude)| [longitude, latitude]);
+            Ok(FrameRecord {
+                sun_azimuth_elevation_deg: sky.map(|Sky { sun, .. }| [sun.azimuth, sun.elevation]),
+                ..FrameRecord::new(&self.info(number), camera, lonlat, Some((&file, &written)))
+            })
         };
 
         existing.iter().map(record).collect()

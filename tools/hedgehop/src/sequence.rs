@@ -21,7 +21,7 @@ use hedgehop::flight::FrameRate;
 use hedgehop::frame::{Frame, Picture};
 use hedgehop::memory::{Paging, ResidentPages};
 use hedgehop::progress::Observer;
-use hedgehop::render::{FlightPlan, LivePlan, NumberedCamera, Rays, Rendered, Renderer};
+use hedgehop::render::{FlightPlan, LiveFrame, LivePlan, NumberedCamera, Rays, Rendered, Renderer};
 use hedgehop::space::Camera;
 use hedgehop::subimage::{Batch, Farm};
 use hedgehop::voxel::PageSource;
@@ -169,9 +169,10 @@ impl Sequence<'_> {
         let enlarged: Vec<_> = cameras
             .iter()
             .filter(|_| side > 1)
-            .map(|&NumberedCamera { number, ref camera }| NumberedCamera {
+            .map(|&NumberedCamera { number, ref camera, sky }| NumberedCamera {
                 number,
                 camera: camera.enlarged(side),
+                sky,
             })
             .collect();
         let planned = if side > 1 { &enlarged } else { cameras };
@@ -181,17 +182,11 @@ impl Sequence<'_> {
             let plan = LivePlan::new(self.renderer, self.farm);
             self.pages.live(&plan, |flight| {
                 let look = |farm: &Farm, frame: u32, camera: &Camera| {
-                    plan.tell(
-                        frame,
-                        rate.seconds_at(cameras[frame as usize].number),
-                        &planned[frame as usize].camera,
-                    )?;
-                    self.look(
-                        &self.renderer.over(&flight.begin(frame)),
-                        cameras[frame as usize].number,
-                        camera,
-                        farm,
-                    )
+                    let NumberedCamera { number, camera: ref ahead, sky } = planned[frame as usize];
+                    let seconds = rate.seconds_at(number);
+                    plan.tell(LiveFrame { frame, seconds, camera: ahead.clone(), sky })?;
+                    let pages = flight.begin(frame);
+                    self.look(&self.renderer.under(sky).over(&pages), number, camera, farm)
                 };
 
                 let end = all(&Flying { look: &look, deliver: &|frame| flight.deliver(frame) });
@@ -203,7 +198,8 @@ impl Sequence<'_> {
             self.pages.ahead_of(cameras.len() as u32, &plan, |flight| {
                 let look = |farm: &Farm, frame: u32, camera: &Camera| {
                     flight.begin(frame);
-                    self.look(self.renderer, cameras[frame as usize].number, camera, farm)
+                    let NumberedCamera { number, sky, .. } = cameras[frame as usize];
+                    self.look(&self.renderer.under(sky), number, camera, farm)
                 };
                 let end = all(&Flying { look: &look, deliver: &|frame| flight.deliver(frame) });
                 (numbers.zip(flight.frames()).collect(), end)

@@ -9,6 +9,7 @@ use glam::DVec2;
 use crate::args::{self, AltitudeMode};
 use crate::camera::{CameraArgs, single_fix};
 use crate::playback::PlaybackArgs;
+use crate::running_sun::RunningSun;
 use crate::screen::{ScreenArgs, Setup};
 use crate::smoothing::SmoothingArgs;
 use crate::tracks::TrackArgs;
@@ -19,7 +20,7 @@ use hedgehop::geo::Crs;
 use hedgehop::progress::Observer;
 use hedgehop::render::RenderOptions;
 use hedgehop::scene::Scene;
-use hedgehop::sunlight::{Night, Sun, SunSetting};
+use hedgehop::sunlight::{FilmSun, Night, Sun, SunSetting};
 use hedgehop::voxel::{Header, PageSource};
 use hedgehop::{Error, Result};
 
@@ -91,9 +92,14 @@ pub struct LookArgs {
     #[arg(long, value_name = "METRES", value_parser = args::positive, allow_negative_numbers = true, help = visibility_help())]
     pub visibility: Option<f64>,
 
-    /// Sun's azimuth clockwise from north and elevation above the horizon, degrees, or the time: 2026-06-21T09:30Z [default: 135,40]
-    #[arg(long, value_name = "AZ,EL|TIME", value_parser = args::sun, allow_hyphen_values = true)]
-    pub sun: Option<SunSetting>,
+    /// Sun's azimuth clockwise from north and elevation above the horizon, degrees, or the time: 2026-06-21T09:30Z; track: it
+    /// runs with the flight, by the path file's clock [default: 135,40]
+    #[arg(long, value_name = "AZ,EL|TIME|track", value_parser = args::film_sun, allow_hyphen_values = true)]
+    pub sun: Option<FilmSun>,
+
+    /// The sun runs with the flight; TIME of --sun is that of the path's first fix
+    #[arg(long, requires = "sun")]
+    pub sun_runs: bool,
 
     /// Whether ground lies in the shadow of ground [default: off]
     #[arg(long, value_enum)]
@@ -129,7 +135,28 @@ pub enum Surface {
 }
 
 impl LookArgs {
-    /// The library's options for a database; what a scene says holds where no flag does.
+    /// Returns the sun that the flags ask for.
+    fn flagged_sun(&self) -> Result<Option<FilmSun>> {
+        match self.sun {
+            Some(FilmSun::Still(SunSetting::Time(time))) if self.sun_runs => Ok(Some(FilmSun::From(time))),
+            Some(_) if self.sun_runs => Err(Error::Configuration(
+                "--sun-runs needs a TIME as --sun; --sun track runs without it, and angles tell no time"
+                    .into(),
+            )),
+            sun => Ok(sun),
+        }
+    }
+
+    /// Returns the sun that runs with the flight, if one does; what a scene says holds where no flag does.
+    pub fn running_sun<'s>(&self, scene: Option<&'s Scene>) -> Result<Option<RunningSun<'s>>> {
+        Ok(match (self.flagged_sun()?, scene) {
+            (Some(sun), _) => RunningSun::new(sun, None),
+            (None, Some(scene)) => scene.sun.and_then(|sun| RunningSun::new(sun, Some(scene))),
+            (None, None) => None,
+        })
+    }
+
+    /// The library's options for a database; what a scene says holds where no flag does. A sun that runs is none of them.
     pub fn options(&self, scene: Option<&Scene>, header: &Header) -> Result<RenderOptions> {
         let mut options = RenderOptions {
             surface: match self.surface {
@@ -143,10 +170,10 @@ impl LookArgs {
         if let Some(visibility) = self.visibility.or(scene.and_then(|scene| scene.visibility)) {
             options.visibility = visibility;
         }
-        let sky = match (self.sun, scene) {
-            (Some(sun), _) => Some(area::sky(sun, header)?),
+        let sky = match (self.flagged_sun()?, scene) {
+            (Some(FilmSun::Still(sun)), _) => Some(area::sky(sun, header)?),
+            (Some(FilmSun::Track | FilmSun::From(_)), _) | (None, None) => None,
             (None, Some(scene)) => area::sky_of(scene, header)?,
-            (None, None) => None,
         };
         let sun = sky.map(|sky| sky.sun);
         let baked = header.metadata.baked_sun.map(|[azimuth, elevation]| Sun { azimuth, elevation });

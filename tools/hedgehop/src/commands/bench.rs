@@ -106,6 +106,7 @@ pub fn run(args: &BenchArgs, interrupt: &Interrupt) -> Outcome {
         setup: &setup,
         fps: args.fps,
         scene: scene.as_ref(),
+        sun: args.look.running_sun(scene.as_ref())?,
     };
     let flight = BoundFlight::bind(&args.flight, &request, choose, &reporter)?;
     args.memory.preload(&source, shares, &reporter)?;
@@ -225,8 +226,9 @@ impl Job<'_> {
     }
 
     /// The renderer of a frame.
-    fn at(&self, number: u64) -> Renderer<'_> {
-        self.renderer.at(self.playing.as_ref().map_or(0.0, |playing| playing.seconds(number)))
+    fn at(&self, frame: &NumberedCamera) -> Renderer<'_> {
+        let seconds = self.playing.as_ref().map_or(0.0, |playing| playing.seconds(frame.number));
+        self.renderer.under(frame.sky).at(seconds)
     }
 
     /// Counts the frames that `engine` renders.
@@ -251,8 +253,8 @@ impl Job<'_> {
             let mut delivered = 0;
             let render = |farm: &Farm, &(frame, camera): &(u32, &Camera)| {
                 flight.begin(frame);
-                let number = self.cameras[frame as usize].number;
-                let (scenery, renderer) = (self.scenery(number), self.at(number));
+                let seen = &self.cameras[frame as usize];
+                let (scenery, renderer) = (self.scenery(seen.number), self.at(seen));
                 Timed::render(|| renderer.picture_with(camera, &scenery, farm))
             };
 
@@ -280,14 +282,14 @@ impl Job<'_> {
         // One frame after the other, so that rendering does not slow the encoder.
         let mut cameras = self.cameras.iter();
         self.fly(&most.farm, 1, |number, Timed { picture, .. }| {
-            let Some(NumberedCamera { camera, .. }) = cameras.next() else { return Ok(()) };
-            encoding += encode(&picture, camera, number)?;
+            let Some(seen) = cameras.next() else { return Ok(()) };
+            encoding += encode(&picture, &seen.camera, number)?;
             reference.push(blake3::hash(&picture.rgb));
             match dump_ranges {
                 Some(folder) => ranges::dump(
                     folder,
                     number,
-                    &self.at(number).frame_with(camera, &self.scenery(number), &most.farm)?.frame,
+                    &self.at(seen).frame_with(&seen.camera, &self.scenery(number), &most.farm)?.frame,
                 ),
                 None => Ok(()),
             }

@@ -173,16 +173,22 @@ pub fn run(args: &PlanArgs, interrupt: &Interrupt) -> Outcome {
     let finish = scene.as_ref().map(|scene| scene.finish).unwrap_or_default();
     let setup = args.flight.screen.setup()?.behind_lens(finish.distortion)?;
     let choose = |count| Ok(args.frames.clone().unwrap_or_else(|| FrameSet::all(count)));
-    let request =
-        FilmRequest { file: &args.area, source: &file, setup: &setup, fps: args.fps, scene: scene.as_ref() };
+    let request = FilmRequest {
+        file: &args.area,
+        source: &file,
+        setup: &setup,
+        fps: args.fps,
+        scene: scene.as_ref(),
+        sun: args.look.running_sun(scene.as_ref())?,
+    };
     let cameras = BoundFlight::bind(&args.flight, &request, choose, &reporter)?.cameras;
 
     let cameras: Vec<_> = cameras
         .into_iter()
-        .map(|NumberedCamera { number, camera }| {
+        .map(|NumberedCamera { number, camera, sky }| {
             let is_enlarged = finish.antialias > 1;
             let camera = if is_enlarged { camera.enlarged(finish.antialias) } else { camera };
-            NumberedCamera { number, camera }
+            NumberedCamera { number, camera, sky }
         })
         .collect();
     let options = args.flight.world.apply(file.header(), args.look.options(scene.as_ref(), file.header())?);

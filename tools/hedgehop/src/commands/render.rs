@@ -28,6 +28,7 @@ use crate::memory::{self, Frames, Late};
 use crate::output::{Files, Origin, Stdout, Stream, WRITER, unfinished};
 use crate::product::Product;
 use crate::progress::Reporter;
+use crate::running_sun;
 use crate::scene::{self, Playing};
 use crate::screen::Setup;
 use crate::sequence::{Fineness, Sequence};
@@ -182,7 +183,8 @@ fn bind(
     let FrameRequest { scene, finish, setup, .. } = request;
     let scene = scene.as_ref();
     let choose = |count| Ok(args.frames.clone().unwrap_or_else(|| FrameSet::all(count)));
-    let film = FilmRequest { file: &args.area, source: ground, setup, fps: args.fps, scene };
+    let sun = args.look.running_sun(scene)?;
+    let film = FilmRequest { file: &args.area, source: ground, setup, fps: args.fps, scene, sun };
     let bound = BoundFlight::bind(&args.flight, &film, choose, reporter)?;
     finish::check_lens(&bound.cameras, finish)?;
     if let Some(note) = scene.filter(|_| setup.is_map()).and_then(scene::left_out_of_map) {
@@ -211,7 +213,7 @@ pub fn fly(args: &RenderArgs, file: PageFile, reporter: &Reporter) -> Result<Don
     let BoundFlight { motion, playing, cameras, .. } = &flight;
     request.film.iter().try_for_each(|film| film.check_length(cameras.len() as u64))?;
 
-    let options = render_options(args, request.scene.as_ref(), source.header(), reporter)?;
+    let options = render_options(args, request.scene.as_ref(), source.header(), motion, reporter)?;
     let mut renderer = Renderer::new(source, &options).with_isa(args.instructions.isa());
     if let Some(shares) = shares {
         renderer = renderer.with_memory(shares.derived as usize);
@@ -281,6 +283,7 @@ fn render_options(
     args: &RenderArgs,
     scene: Option<&Scene>,
     header: &Header,
+    motion: &FilmMotion,
     reporter: &Reporter,
 ) -> Result<RenderOptions> {
     let look = RenderOptions {
@@ -289,7 +292,8 @@ fn render_options(
         ..args.look.options(scene, header)?
     };
     let options = args.flight.world.apply(header, look);
-    if let Some(note) = notes::other_sun(&args.area, header, options.sun) {
+    let still = motion.sky.is_none().then_some(options.sun);
+    if let Some(note) = notes::other_sun(&args.area, header, still) {
         reporter.note(&note);
     }
     Ok(options)
@@ -379,6 +383,9 @@ fn deliver(
     }
     let header = sequence.pages.header();
     let mut settings = settings(args, scene, setup, options);
+    if let Some(sky) = sequence.motion.sky {
+        running_sun::record(&sky, &mut settings)?;
+    }
     args.aov.record(args.flight.path.as_deref(), map_offset(&header.grid), &mut settings);
     finish::record(finish, *product == Product::Frame, &mut settings);
     if *product == Product::Picture {

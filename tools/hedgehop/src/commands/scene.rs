@@ -14,7 +14,7 @@ use crate::{area, finish, scene, titling};
 use hedgehop::memory::PageFile;
 use hedgehop::objects::{Form, Shape};
 use hedgehop::scene::{Anchor, LampLayout, Object, Part, PlumeKind, Scene, TrailColour, TrailSource};
-use hedgehop::sunlight::{Sun, SunSetting};
+use hedgehop::sunlight::{FilmSun, Sun, SunSetting};
 use hedgehop::voxel::PageSource;
 use hedgehop::weather::{GroundCover, PrecipitationKind, Weather};
 
@@ -56,7 +56,9 @@ pub fn run(args: &SceneCheckArgs, interrupt: &Interrupt) -> Outcome {
 
     if let Some(file) = area {
         let source = PageFile::open(file)?;
-        if let (Some(SunSetting::Time(_)), Some(sky)) = (scene.sun, area::sky_of(&scene, source.header())?) {
+        if let (Some(FilmSun::Still(SunSetting::Time(_))), Some(sky)) =
+            (scene.sun, area::sky_of(&scene, source.header())?)
+        {
             let Sun { azimuth, elevation } = sky.sun;
             let _ = writeln!(text, "  the sun is then {azimuth:.1}° from grid north, {elevation:.1}° high");
         }
@@ -88,11 +90,15 @@ fn description(scene: &Scene) -> String {
     let mut text =
         format!("{}: scene of {count} object{}\n", scene.path.display(), if count == 1 { "" } else { "s" });
     match scene.sun {
-        Some(SunSetting::At(Sun { azimuth, elevation })) => {
+        Some(FilmSun::Still(SunSetting::At(Sun { azimuth, elevation }))) => {
             let _ = writeln!(text, "  sun {azimuth}° from grid north, {elevation}° high");
         }
-        Some(SunSetting::Time(time)) => {
+        Some(FilmSun::Still(SunSetting::Time(time))) => {
             let _ = writeln!(text, "  sun of {time}");
+        }
+        Some(FilmSun::Track) => text.push_str("  sun that runs with the flight, by its clock\n"),
+        Some(FilmSun::From(time)) => {
+            let _ = writeln!(text, "  sun that runs with the flight, from {time} on");
         }
         None => {}
     }

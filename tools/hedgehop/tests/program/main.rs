@@ -14,6 +14,7 @@ mod maps;
 mod paging;
 mod queries;
 mod recipes;
+mod running_sun;
 mod scenes;
 mod screens;
 mod shadow_heights;

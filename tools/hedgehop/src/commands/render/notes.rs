@@ -52,19 +52,19 @@ pub fn coarser(Fineness { rays, coarsest }: &Fineness, late: Late, elsewhere: &s
     })
 }
 
-/// Says that shadows in the colours are those of another sun than the one that lights the pictures.
-pub fn other_sun(area: &Path, header: &Header, sun: Sun) -> Option<String> {
+/// Says that shadows in the colours are those of another sun than the one that lights the pictures; `None`: one that runs.
+pub fn other_sun(area: &Path, header: &Header, sun: Option<Sun>) -> Option<String> {
     let [azimuth, elevation] = header.metadata.baked_sun?;
     let baked = Sun { azimuth, elevation };
-    let apart = baked.direction().angle_between(sun.direction()).to_degrees();
-    (apart > ONE_SUN).then(|| {
+    let is_other = |sun: Sun| baked.direction().angle_between(sun.direction()).to_degrees() > ONE_SUN;
+    sun.is_none_or(is_other).then(|| {
         let place = |sun: Sun| format!("{:.1}° from grid north and {:.1}° high", sun.azimuth, sun.elevation);
+        let lit = sun.map_or_else(|| "that runs with the flight".to_owned(), place);
         format!(
-            "{} holds the shadows of a sun {} in its colours, and is lit by one {}; leave --sun out, or take the database that it was baked from: \
+            "{} holds the shadows of a sun {} in its colours, and is lit by one {lit}; leave --sun out, or take the database that it was baked from: \
              render that with --shadows on, or `hedgehop bake` it for this sun",
             area.display(),
-            place(baked),
-            place(sun)
+            place(baked)
         )
     })
 }
@@ -109,7 +109,7 @@ mod tests {
             |metadata: &Metadata| build_in_memory(grid, &[0.0; 4], &[[0; 3]; 4], None, metadata).unwrap();
         let (baked, plain) = (of(&metadata), of(&Metadata::default()));
         let note = |pages: &hedgehop::voxel::MemPages, azimuth: f64| {
-            other_sun(Path::new("a.hop"), pages.header(), Sun { azimuth, elevation: 30.0 })
+            other_sun(Path::new("a.hop"), pages.header(), Some(Sun { azimuth, elevation: 30.0 }))
         };
         assert_eq!(note(&baked, 120.1), None);
         assert_eq!(note(&baked, 480.0), None);
@@ -118,5 +118,8 @@ mod tests {
         for part in ["a.hop", "120.0°", "200.0°", "30.0°", "--shadows on", "hedgehop bake"] {
             assert!(said.contains(part), "{said}");
         }
+        assert_eq!(other_sun(Path::new("a.hop"), plain.header(), None), None);
+        let said = other_sun(Path::new("a.hop"), baked.header(), None).unwrap();
+        assert!(said.contains("120.0°") && said.contains("runs with the flight"), "{said}");
     }
 }

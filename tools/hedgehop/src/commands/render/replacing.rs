@@ -103,7 +103,7 @@ pub fn check(
         return Ok(is_listed);
     }
 
-    for &NumberedCamera { number, ref camera } in
+    for &NumberedCamera { number, ref camera, .. } in
         cameras.iter().filter(|frame| !known.contains(&frame.number))
     {
         if let Existing::Different(what) = files.state(number, camera) {
