@@ -73,7 +73,7 @@ pub struct Track {
 pub struct TrackClock {
     /// Seconds after midnight, UTC.
     pub time_of_day: f64,
-    /// That midnight, seconds since 1970-01-01T00:00:00Z, if the file tells the day.
+    /// Midnight before it, seconds since 1970-01-01T00:00:00Z, if the file tells the day.
     pub midnight: Option<f64>,
 }
 
