@@ -88,19 +88,36 @@ impl Steadied {
 
     /// Returns the places of an eye that is towed; `heading` is the flight's at its beginning, degrees.
     pub fn chased(&self, chase: Chase, heading: f64, pace: f64) -> Vec<DVec3> {
-        let rope = ROPE.max(chase.back.abs()).max(LAG * pace * self.mean_speed());
-        let (sin, cos) = heading.to_radians().sin_cos();
-        let mut towed = self.places[0].truncate() - rope * DVec2::new(sin, cos);
-
+        let rope = self.rope(pace).max(chase.back.abs());
         let length = DVec3::new(chase.back, chase.side, chase.up).length();
-        let eye = |(place, strays): (&DVec3, &f64)| {
-            let along = (place.truncate() - towed).normalize_or(DVec2::Y);
-            towed = place.truncate() - rope * along;
+        let eye = |((place, strays), along): ((&DVec3, &f64), DVec2)| {
             let right = DVec2::new(along.y, -along.x);
             let farther = (IN_VIEW * strays / length).max(1.0);
             *place + farther * (chase.side * right - chase.back * along).extend(chase.up)
         };
-        self.places.iter().zip(&self.strays).map(eye).collect()
+        let along = self.towed(heading, rope);
+        self.places.iter().zip(&self.strays).zip(along).map(eye).collect()
+    }
+
+    /// Returns the level directions, of length 1, in which a rope leads to the places; `heading` is the flight's at its beginning, degrees.
+    pub fn ways(&self, heading: f64, pace: f64) -> Vec<DVec2> {
+        self.towed(heading, self.rope(pace))
+    }
+
+    /// Returns the level directions of a rope of a length, metres.
+    fn towed(&self, heading: f64, rope: f64) -> Vec<DVec2> {
+        let (sin, cos) = heading.to_radians().sin_cos();
+        let mut towed = self.places[0].truncate() - rope * DVec2::new(sin, cos);
+        let along = |place: &DVec3| {
+            let along = (place.truncate() - towed).normalize_or(DVec2::Y);
+            towed = place.truncate() - rope * along;
+            along
+        };
+        self.places.iter().map(along).collect()
+    }
+
+    fn rope(&self, pace: f64) -> f64 {
+        ROPE.max(LAG * pace * self.mean_speed())
     }
 
     /// Returns the places of an eye on a circle around `centre`, or around the flight; `heading` is the flight's at the beginning,

@@ -24,6 +24,9 @@ use hedgehop_geo::Crs;
 /// Least height of an eye of its own above the ground and what stands there, metres, unless the user says otherwise.
 const CLEARANCE: f64 = 2.0;
 
+/// Seconds of flight in a second of the film from which on turns are too quick to be followed.
+const QUICK: f64 = 4.0;
+
 /// Place that a film is made in.
 pub struct FilmSite<'a> {
     /// Reference system of the database.
@@ -152,7 +155,16 @@ impl Rig {
         let steadied = || Steadied::of(&self.flight, stretch);
         let (followed, places) = match &shot.mount {
             Mount::Aboard => {
-                let aim = looked.unwrap_or(Aim::Nose);
+                let aim = match looked {
+                    // A film that is so quick shows where the flight goes, not how it turns.
+                    Some(Aim::Lowered) if stretch.pace >= QUICK => {
+                        let followed = steadied();
+                        let ways =
+                            followed.ways(heading, stretch.pace).into_iter().map(|way| way.extend(0.0));
+                        Aim::Along(Arc::new(Spline::through(followed.times, ways.collect())))
+                    }
+                    looked => looked.unwrap_or(Aim::Nose),
+                };
                 return Ok(BoundShot { stretch, eye: EyePath::Flight, aim, zoom });
             }
             Mount::Keys(keys) => {

@@ -143,7 +143,7 @@ impl Zoom {
 pub enum Look {
     /// Along the nose of what flies, or as keys say.
     Nose,
-    /// Along the nose, but no higher than keeps the ground in sight.
+    /// Along the nose, but no higher than keeps the ground in sight; in quick films where the flight goes, level and steady.
     Lowered,
     /// The same heading, at a pitch of the view's own, degrees.
     Pitch(f64),

@@ -4,6 +4,7 @@ use super::super::shot::{Chase, Orbit};
 use super::super::timeline::{FlightSpan, Pace, Playback};
 use super::super::track::{Altitude, AltitudeMode, Fix, Horizontal};
 use super::*;
+use std::f64::consts::TAU;
 
 fn fix(time: f64, place: DVec3) -> Fix {
     Fix {
@@ -246,4 +247,23 @@ fn keys_are_met_at_their_times_at_rest_or_in_passing() {
         let speed = (film.pose_at(15.0005).eye - film.pose_at(14.9995).eye).length() / 0.001;
         assert!((speed - if ease == Ease::None { 30.0 } else { 0.0 }).abs() < 0.1, "{ease:?}: {speed}");
     }
+}
+
+#[test]
+fn quick_films_of_recordings_look_where_the_flight_goes() {
+    // Circles of 30 m in 20 s that drift to the east at 3 m/s, for twenty minutes.
+    let flight = flight(1200, |time| {
+        let (sin, cos) = (TAU * time / 20.0).sin_cos();
+        DVec3::new(3.0 * time + 30.0 * cos, 30.0 * sin, 500.0 + time)
+    });
+    let shot = Shot { look: Some(Look::Lowered), ..Shot::default() };
+    let yaws = |pace: f64| {
+        let rig = rig_over(&flight, pace, std::slice::from_ref(&shot), &|_| None);
+        let attitudes = (200..1000).map(|second| rig.pose_at(second.into()).attitude);
+        attitudes.inspect(|seen| assert_eq!(seen.pitch, -6.0)).map(|seen| seen.yaw).collect::<Vec<f64>>()
+    };
+    // As it was flown the view turns around; fifteen times as fast it goes with the wind.
+    assert!(yaws(1.0).iter().any(|yaw| (yaw - 270.0).abs() < 20.0));
+    let quick = yaws(15.0);
+    assert!(quick.iter().all(|yaw| (yaw - 90.0).abs() < 8.0), "{quick:?}");
 }
