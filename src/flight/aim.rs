@@ -25,6 +25,21 @@ impl Subject for FixedPlace {
     }
 }
 
+/// Place that moves along a path, whose first fix is so many seconds after the flight's.
+#[derive(Debug)]
+pub(super) struct MovingPlace {
+    /// The path.
+    pub path: Trajectory,
+    /// Moment of its first fix, seconds after the flight's.
+    pub from: f64,
+}
+
+impl Subject for MovingPlace {
+    fn place_at(&self, seconds: f64) -> DVec3 {
+        self.path.position_at((seconds - self.from).clamp(0.0, self.path.duration()))
+    }
+}
+
 /// Place of a flight, some time later; behind the last fix it goes straight on.
 #[derive(Debug, Clone)]
 pub(super) struct PlaceAhead {

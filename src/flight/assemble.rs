@@ -1,5 +1,8 @@
 //! Assembly of a track from the fixes of a file.
 
+use std::collections::BTreeMap;
+
+use super::csv::{CameraRow, TimedRow, shots};
 use super::parts;
 use super::track::{Fix, Horizontal, Track};
 use crate::flight::raw::{CLOCK, COORDINATE_LIMIT, DURATION_LIMIT, PathSource, RawFix, Reading};
@@ -20,6 +23,8 @@ pub(super) fn assemble(source: &PathSource<'_>, mut reading: Reading) -> Result<
     let mut kept: Vec<Fix> = Vec::with_capacity(fixes.len());
     let mut last = first;
     let mut repeated = 0_usize;
+    let rows: BTreeMap<u64, &CameraRow> = reading.cameras.iter().map(|row| (row.line(), row)).collect();
+    let mut cameras = Vec::new();
 
     for raw in fixes {
         check_ranges(source, raw, swapped)?;
@@ -45,6 +50,7 @@ pub(super) fn assemble(source: &PathSource<'_>, mut reading: Reading) -> Result<
             continue;
         }
 
+        cameras.extend(rows.get(&raw.line).map(|row| TimedRow { time, row: **row }));
         kept.push(Fix { time, horizontal: wrapped(raw.fix.horizontal), ..raw.fix });
         last = *raw;
     }
@@ -55,7 +61,8 @@ pub(super) fn assemble(source: &PathSource<'_>, mut reading: Reading) -> Result<
     }
 
     let clock = reading.epoch.map(|epoch| epoch.clock_at(first.fix.time));
-    Ok(Track { path: source.path.to_owned(), format, fixes: kept, clock, notes })
+    let shots = shots(source, &cameras);
+    Ok(Track { path: source.path.to_owned(), format, fixes: kept, clock, notes, shots })
 }
 
 /// Some latitude is none, and all longitudes could be latitudes.

@@ -54,6 +54,7 @@ pub(super) fn read(source: &PathSource<'_>, text: &str) -> Result<Reading> {
         parts: points.segments,
         noun: "track segments",
         epoch: Some(Epoch::UNIX),
+        cameras: Vec::new(),
         notes,
     })
 }

@@ -64,6 +64,7 @@ pub(super) fn read(source: &PathSource<'_>, text: &str) -> Result<Reading> {
         parts: tracks.tracks,
         noun: "tracks",
         epoch: Some(Epoch::UNIX),
+        cameras: Vec::new(),
         notes,
     })
 }

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::csv::CameraRow;
 use super::track::{Altitude, Fix, Horizontal, ReadOptions, TrackClock};
 use hedgehop_base::error::Error;
 
@@ -83,6 +84,8 @@ pub(super) struct Reading {
     pub noun: &'static str,
     /// Moment that the fixes' times count from, if they are of a clock.
     pub epoch: Option<Epoch>,
+    /// Cameras, a row for each fix, if the format has some.
+    pub cameras: Vec<CameraRow>,
     pub notes: Vec<String>,
 }
 
@@ -94,7 +97,7 @@ impl Reading {
         epoch: Option<Epoch>,
         notes: Vec<String>,
     ) -> Self {
-        Self { format, fixes, parts: Vec::new(), noun: "", epoch, notes }
+        Self { format, fixes, parts: Vec::new(), noun: "", epoch, cameras: Vec::new(), notes }
     }
 }
 

@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 
-use super::aim::{Aim, FixedPlace, PlaceAhead, Subject};
+use super::aim::{Aim, FixedPlace, MovingPlace, PlaceAhead, Subject};
 use super::eye_path::{Steadied, Stretch};
 use super::ground;
 use super::shot::{Ease, Keys, Look, Mount, Shot, Zoom};
@@ -149,7 +149,7 @@ impl Rig {
 
     fn bound(&mut self, shot: &Shot, stretch: Stretch, site: &FilmSite<'_>) -> Result<BoundShot> {
         let heading = self.flight.pose_at(stretch.begin).attitude.yaw;
-        let looked = shot.look.as_ref().map(|look| self.aim(look, site)).transpose()?;
+        let looked = shot.look.as_ref().map(|look| self.aim(look, shot.from, site)).transpose()?;
         let zoom = shot.zoom;
 
         let steadied = || Steadied::of(&self.flight, stretch);
@@ -195,7 +195,7 @@ impl Rig {
         Ok(BoundShot { stretch, eye: EyePath::Following(path), aim: looked.unwrap_or_else(flight), zoom })
     }
 
-    fn aim(&self, look: &Look, site: &FilmSite<'_>) -> Result<Aim> {
+    fn aim(&self, look: &Look, from: f64, site: &FilmSite<'_>) -> Result<Aim> {
         Ok(match look {
             Look::Nose => Aim::Nose,
             Look::Lowered => Aim::Lowered,
@@ -203,6 +203,10 @@ impl Rig {
             Look::Down => Aim::Down,
             Look::Ahead(lead) => Aim::Ahead(PlaceAhead { flight: self.flight.clone(), lead: *lead }),
             Look::Place(track) => Aim::At(Arc::new(FixedPlace(place(track, site)?))),
+            Look::Moving(track) => {
+                let path = bound_place(track, site, &BindOptions::default())?;
+                Aim::At(Arc::new(MovingPlace { path, from }))
+            }
             Look::Object(name) => Aim::At((site.object)(name).ok_or_else(|| {
                 Error::Configuration(format!("the scene has no object `{name}` to look at"))
             })?),

@@ -153,6 +153,8 @@ pub enum Look {
     Ahead(f64),
     /// At a place: a track of one fix.
     Place(Track),
+    /// At a place that moves: fixes from the shot's beginning on; it stays where the last one is.
+    Moving(Track),
     /// At an object of the scene, by its name.
     Object(String),
 }

@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use super::shot::Shot;
+
 /// Horizontal position.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Horizontal {
@@ -66,6 +68,8 @@ pub struct Track {
     pub clock: Option<TrackClock>,
     /// Assumptions made and data dropped, as sentences.
     pub notes: Vec<String>,
+    /// Cameras that the file asks for, by their beginnings.
+    pub shots: Vec<Shot>,
 }
 
 /// Clock of a path file at its first fix.

@@ -18,6 +18,7 @@ use super::angles::{Orientations, Samples};
 use super::ground;
 use super::motion::Motion;
 use super::raw::{CLOCK, COORDINATE_LIMIT};
+use super::shot::Shot;
 use super::smooth::{Smoother, Smoothing};
 use super::spline::Spline;
 use super::timeline::{FlightSpan, frames_within};
@@ -58,6 +59,7 @@ pub struct Trajectory {
     notes: Vec<String>,
     raised: f64,
     lacks_pitch: bool,
+    shots: Vec<Shot>,
 }
 
 /// Source of a trajectory's attitude.
@@ -134,7 +136,17 @@ impl Trajectory {
         let hfov = Samples::new(track.fixes.iter().map(|fix| (fix.time, fix.hfov)));
         let (default_hfov, clock) = (options.hfov, track.clock);
         let lacks_pitch = is_recorded && track.fixes.iter().all(|fix| fix.pitch.is_none());
-        Ok(Self { spline, attitude, hfov, default_hfov, clock, notes, raised, lacks_pitch })
+        Ok(Self {
+            spline,
+            attitude,
+            hfov,
+            default_hfov,
+            clock,
+            notes,
+            raised,
+            lacks_pitch,
+            shots: track.shots.clone(),
+        })
     }
 
     /// Returns how long the flight lasts and when it began.
@@ -183,6 +195,12 @@ impl Trajectory {
     /// Returns how far the path was raised over the ground at most, metres.
     pub fn raised(&self) -> f64 {
         self.raised
+    }
+
+    /// Returns the cameras that the path file asks for, by their beginnings.
+    #[doc(hidden)]
+    pub fn shots(&self) -> &[Shot] {
+        &self.shots
     }
 
     /// Whether it is a receiver's recording of places, which tells no pitch: that of the motion is what the air does, too.

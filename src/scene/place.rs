@@ -112,7 +112,14 @@ impl Place<'_> {
         };
 
         let path = format!("{}, {}", reading.path.display(), self.whose).into();
-        Ok(Track { path, format: "single place", fixes: vec![fix], clock: None, notes: Vec::new() })
+        Ok(Track {
+            path,
+            format: "single place",
+            fixes: vec![fix],
+            clock: None,
+            notes: Vec::new(),
+            shots: Vec::new(),
+        })
     }
 }
 

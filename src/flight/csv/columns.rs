@@ -8,6 +8,7 @@ use csv::StringRecord;
 
 use super::super::raw::PathSource;
 use super::super::track::AltitudeMode;
+use super::camera::CameraColumns;
 use hedgehop_base::error::{Error, Result};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -222,6 +223,7 @@ impl CsvColumns {
                         format!("the unit of column {name:?} is not read; use {}", quantity.spellings()),
                     ));
                 }
+                Meaning::Other if CameraColumns::is_one(name) => {}
                 Meaning::Other => ignored.push(name.to_owned()),
             }
         }

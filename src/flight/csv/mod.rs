@@ -3,11 +3,14 @@
 //! `columns` understands the header; here the rows are read. Cells are separated by comma, semicolon or tab, whichever
 //! the header has most of; numbers have a decimal point; lines that begin with `#` are comments.
 
+mod camera;
 mod columns;
 mod samples;
 
 use csv::{ReaderBuilder, StringRecord, Trim};
 
+use self::camera::CameraColumns;
+pub(super) use self::camera::{CameraRow, TimedRow, shots};
 use self::columns::{CsvColumn, CsvColumns, Quantity};
 pub(crate) use self::samples::{Wanted, read_columns};
 use super::raw::{Epoch, PathSource, RawFix, Reading};
@@ -43,15 +46,20 @@ pub(super) fn read(source: &PathSource<'_>, text: &str) -> Result<Reading> {
     let is_unix = columns.time.name.to_ascii_lowercase().starts_with("unix");
     let epoch = is_unix.then_some(Epoch::UNIX);
     let mut table = Table { source, columns: &columns, named: header.len(), epoch };
-    let mut fixes = Vec::new();
+    let cameras = CameraColumns::of(&header);
+    let (mut fixes, mut rows) = (Vec::new(), Vec::new());
     for record in records {
         let record = record.map_err(|error| damaged(source, &error))?;
-        fixes.push(table.fix(&record, line_of(&record))?);
+        let line = line_of(&record);
+        fixes.push(table.fix(&record, line)?);
+        if !cameras.is_empty() {
+            rows.push(cameras.row(source, &record, line)?);
+        }
     }
 
     let mut notes = columns.notes.clone();
     drop_unknown_headings(&mut fixes, &mut notes);
-    Ok(Reading::of_one(columns.format, fixes, table.epoch, notes))
+    Ok(Reading { cameras: rows, ..Reading::of_one(columns.format, fixes, table.epoch, notes) })
 }
 
 fn damaged(source: &PathSource<'_>, error: &csv::Error) -> Error {

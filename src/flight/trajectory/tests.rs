@@ -23,7 +23,14 @@ fn fix(time: f64, x: f64, y: f64, z: f64) -> Fix {
 }
 
 fn track(fixes: Vec<Fix>) -> Track {
-    Track { path: PathBuf::from("path.csv"), format: "CSV", fixes, clock: None, notes: Vec::new() }
+    Track {
+        path: PathBuf::from("path.csv"),
+        format: "CSV",
+        fixes,
+        clock: None,
+        notes: Vec::new(),
+        shots: Vec::new(),
+    }
 }
 
 fn no_ground(_: DVec2) -> Option<f64> {

@@ -256,6 +256,12 @@ fn shots(
     }
 
     let mut shots = flight.camera.shots(scene, flight.alt_mode.map(Into::into))?;
+    if !flight.camera.is_given() && !flown.shots().is_empty() {
+        if !shots.is_empty() {
+            observer.note("the cameras of the path file go before those of the scene");
+        }
+        shots = flown.shots().to_vec();
+    }
     if shots.is_empty() && flown.lacks_pitch() && setup.takes_hfov_from_path() {
         observer.note("the path tells no pitch: the view is held low enough to show the ground; --look ahead follows the climb, --pitch has one of its own");
         shots.push(Shot { look: Some(Look::Lowered), ..Shot::default() });

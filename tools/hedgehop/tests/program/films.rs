@@ -259,3 +259,105 @@ fn what_is_no_film_is_told_in_a_sentence() {
     let single = run(&site, "render area.hop --eye 800,800,300 --speed 2x -o view.png");
     assert!(ends(&single, 2).contains("cannot be used"));
 }
+
+/// Writes a flight of ten fixes to the north at 12 m/s, with further columns.
+fn write_flight(site: &TempDir, name: &str, columns: &str, cells: impl Fn(u32) -> String) {
+    let row = |fix: u32| format!("{},800,{},120{}\n", 10 * fix, 200 + 120 * fix, cells(fix));
+    let rows: String = (0..=10).map(row).collect();
+    fs::write(site.path().join(name), format!("t,x_m,y_m,alt_msl_m{columns}\n{rows}")).expect("a path");
+}
+
+#[test]
+fn columns_of_a_path_say_what_flags_say() {
+    let site = site();
+    write_flight(&site, "plain.csv", "", |_| String::new());
+    for (number, (columns, cells, flags)) in [
+        (",look_pitch_deg", ",-20", "--pitch -20"),
+        (",look_ahead_s", ",5", "--look 5s"),
+        (",chase_back_m,chase_up_m,chase_side_m", ",60,15,20", "--chase 60,15,20"),
+        (",Chase_Back_M,chase_up_m", ",60,15", "--chase 60,15"),
+        (",orbit_radius_m,orbit_up_m,orbit_turn_s", ",150,40,20", "--orbit 150,40,20"),
+        (",look_at_x_m,look_at_y_m,look_at_z_m", ",1000,800,60", "--look-at 1000,800,60"),
+        (",look_at_x_m,look_at_y_m", ",1000,800", "--look-at 1000,800"),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        write_flight(&site, "columns.csv", columns, |_| cells.to_owned());
+        let render = |path: &str, flags: &str, folder: &str| {
+            let flight = format!("render area.hop --path {path} --size 32x18 --fps 1 --speed 10x {flags}");
+            ends(&run(&site, &format!("{flight} -o {folder}/####.png")), 0);
+            (1..=11u32)
+                .map(|frame| {
+                    let path = site.path().join(format!("{folder}/{frame:04}.png"));
+                    hedgehop::encode::read_picture(&path).expect("a picture").rgb
+                })
+                .collect::<Vec<_>>()
+        };
+        let by_columns = render("columns.csv", "", &format!("columns{number}"));
+        assert!(by_columns == render("plain.csv", flags, &format!("flags{number}")), "{columns}");
+        // Flags go before columns.
+        let flagged = render("columns.csv", "--pitch -50", &format!("pitched{number}"));
+        assert!(flagged == render("plain.csv", "--pitch -50", &format!("plain{number}")), "{columns}");
+    }
+}
+
+#[test]
+fn columns_cut_where_they_change_and_move_what_is_looked_at() {
+    let site = site();
+    // Aboard at a pitch; then from behind; then aboard, looking at what goes to the west at 10 m/s.
+    write_flight(
+        &site,
+        "shots.csv",
+        ",look_pitch_deg,chase_back_m,chase_up_m,look_at_x_m,look_at_y_m",
+        |fix| match fix {
+            0..=2 => ",-30,,,,".into(),
+            3..=5 => ",,50,10,,".into(),
+            _ => format!(",,,,{},1000", 1600 - 100 * (fix - 6)),
+        },
+    );
+    let flight = "render area.hop --path shots.csv --size 16x9 --fps 1 --speed 5x -o shots/####.png";
+    ends(&run(&site, flight), 0);
+    let (y, pitch, yaw) = (
+        column(&site, "shots", "y_m"),
+        column(&site, "shots", "pitch_deg"),
+        column(&site, "shots", "yaw_deg"),
+    );
+    assert!(
+        (0..6).all(|frame| pitch[frame] == -30.0 && (y[frame] - 200.0 - 60.0 * frame as f64).abs() < 0.01)
+    );
+    assert!((6..12).all(|frame| (y[frame] - 150.0 - 60.0 * frame as f64).abs() < 0.01), "{y:?}");
+    for (frame, yaw) in yaw.iter().enumerate().skip(12) {
+        let subject = 1600.0 - 50.0 * (frame - 12) as f64;
+        let expected = (subject - 800.0).atan2(1000.0 - 200.0 - 60.0 * frame as f64).to_degrees();
+        assert!((yaw - expected).abs() < 0.1, "{frame}: {yaw} {expected}");
+    }
+}
+
+#[test]
+fn columns_of_cameras_that_say_nothing_sound_are_refused() {
+    let site = site();
+    for (columns, cells, part) in [
+        (",look_at_x_m", ",5", "line 2: look_at_x_m needs look_at_y_m beside it"),
+        (",look_at_x_m,look_at_y_m", ",5,", "look_at_x_m needs look_at_y_m"),
+        (",look_at_z_m", ",5", "look_at_z_m needs look_at_x_m"),
+        (",look_at_x_m,look_at_y_m", ",5,x", "line 2: column look_at_y_m: \"x\" is no number"),
+        (",look_at_x_m,look_at_y_m", ",5,nan", "is no number"),
+        (",look_at_x_m,look_at_y_m", ",5,1e30", "too far away"),
+        (",look_at_lon_deg,look_at_lat_deg", ",5,95", "must lie on the Earth"),
+        (",look_ahead_s", ",-1", "0 to 3600 seconds"),
+        (",look_pitch_deg", ",91", "-90 to 90 degrees"),
+        (",look_pitch_deg,look_ahead_s", ",1,1", "both say where the view goes"),
+        (",chase_back_m", ",50", "chase_back_m needs chase_up_m"),
+        (",chase_back_m,chase_up_m", ",0,0", "not all 0"),
+        (",orbit_radius_m,orbit_up_m", ",0,5", "orbit_radius_m must be metres above 0"),
+        (",orbit_radius_m,orbit_up_m,orbit_turn_s", ",50,5,0.5", "1 or more either way"),
+        (",chase_back_m,chase_up_m,orbit_radius_m,orbit_up_m", ",50,5,50,5", "both say where the eye is"),
+    ] {
+        write_flight(&site, "wrong.csv", columns, |_| cells.to_owned());
+        let said =
+            run(&site, "render area.hop --path wrong.csv --size 16x9 --fps 1 --frames 1 -o no/####.png");
+        let said = ends(&said, 3);
+        assert!(said.contains("wrong.csv") && said.contains(part), "{columns}: {said}");
+    }
+}
