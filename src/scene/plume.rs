@@ -299,7 +299,7 @@ impl Plume {
 
 /// A number of -1…1 without pattern, for each of many, and of each for several uses.
 pub(super) fn scatter(number: i64, part: u64) -> f64 {
-    crate::weather::chance::unit(number as u64 ^ part.rotate_right(8)) * 2.0 - 1.0
+    hedgehop_base::chance::unit(number as u64 ^ part.rotate_right(8)) * 2.0 - 1.0
 }
 
 #[cfg(test)]

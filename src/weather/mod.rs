@@ -10,7 +10,6 @@ mod atmosphere;
 mod atmosphere_lanes;
 #[cfg(test)]
 mod atmosphere_lanes_tests;
-pub(crate) mod chance;
 #[doc(hidden)]
 pub mod clouds;
 mod conditions;

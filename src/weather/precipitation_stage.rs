@@ -117,7 +117,7 @@ impl Nature {
         seconds: f64,
         number: u64,
     ) -> Option<Streak> {
-        let random = |part: u64| crate::weather::chance::unit(8 * number + part);
+        let random = |part: u64| hedgehop_base::chance::unit(8 * number + part);
         let speed = self.speed[0] + self.speed[1] * (2.0 * random(3) - 1.0);
         let moves = DVec3::new(falls.wind[0], falls.wind[1], -speed);
         let side = 2.0 * HALF;

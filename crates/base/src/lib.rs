@@ -1,5 +1,6 @@
-//! The ground floor of hedgehop: errors, progress, sizes, documents that people write, and colour.
+//! The ground floor of hedgehop: errors, progress, sizes, documents that people write, colour, and chance.
 
+pub mod chance;
 pub mod colour;
 pub mod document;
 pub mod error;

@@ -10,7 +10,7 @@ use glam::DVec3;
 use super::lamp::{Colour, around, beam, fixture, papi_beam, slope_beam};
 use super::{Flash, Lamp, Rhythm};
 use crate::objects::Fixture;
-use crate::weather::chance::Random;
+use hedgehop_base::chance::Random;
 
 /// Azimuths against which, and in which, somebody lands.
 const TOWARDS: f64 = 180.0;
