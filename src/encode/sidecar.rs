@@ -57,7 +57,7 @@ pub struct Manifest {
     pub program: String,
     /// The database.
     pub database: DatabaseRecord,
-    /// The flight; absent for a single picture.
+    /// The flight; absent for views without one.
     pub flight: Option<FlightRecord>,
     /// Everything else that decides the pictures.
     pub settings: serde_json::Value,

@@ -115,7 +115,7 @@ fn looking_at(place: DVec3, eye: DVec3, nose: Attitude) -> Attitude {
 }
 
 /// A level attitude along a direction; `yaw`, degrees, where that is straight up or down.
-fn towards(direction: DVec3, yaw: f64) -> Attitude {
+pub(super) fn towards(direction: DVec3, yaw: f64) -> Attitude {
     let across = direction.truncate().length();
     let yaw = if across > 0.0 { direction.x.atan2(direction.y).to_degrees().rem_euclid(360.0) } else { yaw };
     Attitude { yaw, pitch: direction.z.atan2(across).to_degrees(), roll: 0.0 }

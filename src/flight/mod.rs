@@ -3,6 +3,7 @@
 //! ```text
 //! path file ──read_track──▶ Track (fixes, as the file says) ──Trajectory::bind──▶ pose_at(seconds)
 //! Trajectory and Shots ──Rig::bind──▶ pose_at(seconds) of the camera
+//! Views, without a path ──Rig::of_views──▶ the same
 //! poses so far, without a file ──Extrapolation──▶ pose_at(seconds)
 //! ```
 
@@ -27,12 +28,14 @@ mod read;
 mod rig;
 mod sampling;
 mod shot;
+mod site;
 mod smooth;
 mod spline;
 mod timeline;
 mod timestamp;
 mod track;
 mod trajectory;
+mod views;
 mod xml;
 
 #[doc(hidden)]
@@ -44,9 +47,11 @@ pub use extrapolation::Extrapolation;
 pub use rate::FrameRate;
 pub use read::read_track;
 #[doc(hidden)]
-pub use rig::{FilmSite, Rig};
+pub use rig::Rig;
 #[doc(hidden)]
 pub use shot::{Chase, Ease, Keys, Look, Mount, Orbit, Shot, Zoom};
+#[doc(hidden)]
+pub use site::FilmSite;
 pub use smooth::Smoothing;
 #[doc(hidden)]
 pub use timeline::{FlightSpan, FlightTime, Pace, Playback, Timeline};
@@ -54,3 +59,5 @@ pub use timeline::{FlightSpan, FlightTime, Pace, Playback, Timeline};
 pub use track::Horizontal;
 pub use track::{Altitude, AltitudeMode, Fix, ReadOptions, Track, TrackClock};
 pub use trajectory::{BindOptions, Trajectory};
+#[doc(hidden)]
+pub use views::{GridViews, OrbitViews, RandomViews, ViewLayout, Views};

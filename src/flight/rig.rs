@@ -4,46 +4,22 @@
 //! flight ──mount──▶ path of the eye (eye_path.rs, or keys) ──▶ lifted over what stands there ──aim──▶ pose_at(seconds)
 //! ```
 
-use std::fmt;
 use std::sync::Arc;
-
-use glam::{DVec2, DVec3};
 
 use super::aim::{Aim, FixedPlace, MovingPlace, PlaceAhead, Subject};
 use super::eye_path::{Steadied, Stretch};
 use super::ground;
 use super::shot::{Ease, Keys, Look, Mount, Shot, Zoom};
+use super::site::{CLEARANCE, FilmSite, bound_place, place};
 use super::spline::Spline;
 use super::timeline::Timeline;
-use super::track::Track;
 use super::trajectory::{BindOptions, Trajectory};
+use super::views::{MomentPose, ViewPoses, Views};
 use crate::space::{Attitude, Pose};
 use hedgehop_base::error::{Error, Result};
-use hedgehop_geo::Crs;
-
-/// Least height of an eye of its own above the ground and what stands there, metres, unless the user says otherwise.
-const CLEARANCE: f64 = 2.0;
 
 /// Seconds of flight in a second of the film from which on turns are too quick to be followed.
 const QUICK: f64 = 4.0;
-
-/// Place that a film is made in.
-pub struct FilmSite<'a> {
-    /// Reference system of the database.
-    pub crs: &'a Crs,
-    /// Surface height (metres) below a position of that system; `None` outside the area or where there is no surface.
-    pub ground: &'a dyn Fn(DVec2) -> Option<f64>,
-    /// Finds an object of the scene by its name.
-    pub object: &'a dyn Fn(&str) -> Option<Arc<dyn Subject>>,
-    /// Least height of the eye above the ground, metres; `None`: cameras of their own keep 2 m.
-    pub clearance: Option<f64>,
-}
-
-impl fmt::Debug for FilmSite<'_> {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.debug_struct("FilmSite").field("clearance", &self.clearance).finish_non_exhaustive()
-    }
-}
 
 /// Camera of a film: the pose of the eye at any time of a flight.
 #[derive(Debug, Clone)]
@@ -72,6 +48,8 @@ enum EyePath {
     Following(Spline),
     /// One of its own.
     Keyed(Box<KeyedPath>),
+    /// A single place.
+    Still(Pose),
 }
 
 /// Path of an eye by its keys.
@@ -112,6 +90,34 @@ impl Rig {
         }
 
         Ok(rig)
+    }
+
+    /// Puts views over a database, each a shot of its own; those of other numbers than `numbers`, which rise, are not known.
+    ///
+    /// # Errors
+    /// [`Error::Configuration`] for a view or a target that has no ground below it.
+    pub fn of_views(
+        views: &Views,
+        numbers: impl Iterator<Item = u64>,
+        timeline: &Timeline,
+        site: &FilmSite<'_>,
+    ) -> Result<Self> {
+        let ViewPoses { poses, raised } = views.poses(numbers, timeline, site)?;
+        let first = poses.first().ok_or_else(|| Error::Configuration("no view is asked for".into()))?;
+        let flight = Arc::new(Trajectory::still(first.pose));
+        let shot = |view: &MomentPose| BoundShot {
+            stretch: Stretch { begin: view.seconds, end: view.seconds, pace: timeline.speed() },
+            eye: EyePath::Still(view.pose),
+            aim: Aim::Nose,
+            zoom: None,
+        };
+        let notes = if raised > 0.0 { vec![raised_note(raised)] } else { Vec::new() };
+        Ok(Self { flight, shots: poses.iter().map(shot).collect(), notes })
+    }
+
+    /// Returns what flies; of views, which have no flight, one that stays at the first of them.
+    pub fn flight(&self) -> &Arc<Trajectory> {
+        &self.flight
     }
 
     /// Pose of the eye at `seconds` after the flight's first fix, clamped to the flight.
@@ -223,6 +229,7 @@ impl BoundShot {
             EyePath::Flight => aboard,
             EyePath::Following(path) => Pose { eye: path.position(seconds), attitude: level, ..aboard },
             EyePath::Keyed(keyed) => keyed.pose_at(seconds),
+            EyePath::Still(pose) => *pose,
         };
 
         let Stretch { begin, end, .. } = self.stretch;
@@ -270,27 +277,6 @@ fn clear(path: Spline, stretch: Stretch, site: &FilmSite<'_>, notes: &mut Vec<St
     let Some(lifted) = ground::lift(&path, &least, stretch.pace, site.ground) else { return path };
     notes.push(raised_note(lifted.most));
     lifted.spline
-}
-
-/// A place, metres of the database's system.
-fn place(track: &Track, site: &FilmSite<'_>) -> Result<DVec3> {
-    bound_place(track, site, &BindOptions::default()).map(|bound| bound.pose_at(0.0).eye)
-}
-
-/// Binds places that are no flight.
-fn bound_place(track: &Track, site: &FilmSite<'_>, options: &BindOptions) -> Result<Trajectory> {
-    match Trajectory::bind(track, site.crs, site.ground, options) {
-        Ok(bound) => Ok(bound),
-        // Remedies for a path are none for a place.
-        Err(Error::Invalid { what, .. }) => {
-            let what = what.split(';').next().unwrap_or_default();
-            let whose = track.path.display();
-            Err(Error::Configuration(format!(
-                "{whose}: {what}; take a place on the database's ground, or give its altitude above sea level"
-            )))
-        }
-        Err(other) => Err(other),
-    }
 }
 
 #[cfg(test)]

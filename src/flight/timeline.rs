@@ -94,6 +94,11 @@ impl Timeline {
         }
     }
 
+    /// Lays out frames that show no flight: one after the other from the first moment on.
+    pub fn of_views(fps: FrameRate, frame_count: u64) -> Self {
+        Self { fps, speed: 1.0, from: 0.0, frame_count }
+    }
+
     /// Number of frames, at least 1.
     pub fn frame_count(&self) -> u64 {
         self.frame_count

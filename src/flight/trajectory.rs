@@ -149,6 +149,21 @@ impl Trajectory {
         })
     }
 
+    /// A flight that stays at a pose.
+    pub(super) fn still(pose: Pose) -> Self {
+        let times = vec![0.0];
+        Self {
+            attitude: AttitudeSource::Given(Orientations::new(&times, |_| pose.attitude)),
+            spline: Spline::through(times, vec![pose.eye]),
+            hfov: None,
+            default_hfov: pose.hfov,
+            clock: None,
+            notes: Vec::new(),
+            raised: 0.0,
+            lacks_pitch: false,
+        }
+    }
+
     /// Returns how long the flight lasts and when it began.
     #[doc(hidden)]
     pub fn span(&self) -> FlightSpan {

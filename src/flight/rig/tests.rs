@@ -1,9 +1,12 @@
 //! Closed forms of cameras: straight flights, circles, walls, cuts.
 
+use glam::{DVec2, DVec3};
+
 use super::super::shot::{Chase, Orbit};
 use super::super::timeline::{FlightSpan, Pace, Playback};
-use super::super::track::{Altitude, AltitudeMode, Fix, Horizontal};
+use super::super::track::{Altitude, AltitudeMode, Fix, Horizontal, Track};
 use super::*;
+use hedgehop_geo::Crs;
 use std::f64::consts::TAU;
 
 fn fix(time: f64, place: DVec3) -> Fix {

@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! path ──▶ trajectory ──▶ timeline ──▶ scene's objects ──▶ rig ──▶ cameras of the frames that were chosen
+//! views, without a path ──▶ timeline ──▶ scene's objects ──▶ rig of those that were chosen ──▶ their cameras
 //! ```
 
 use std::collections::BTreeMap;
@@ -18,7 +19,7 @@ use crate::screen::{PLANAR_RANGE, Setup};
 use crate::view::{FlightArgs, over_ground};
 use crate::{area, reference, sharpness};
 use hedgehop::encode::FrameSet;
-use hedgehop::flight::{FilmSite, FrameRate, Look, Mount, Rig, Shot, Timeline, Trajectory};
+use hedgehop::flight::{FilmSite, FrameRate, Look, Mount, Rig, Shot, Timeline, Trajectory, Views};
 use hedgehop::progress::Observer;
 use hedgehop::render::NumberedCamera;
 use hedgehop::scene::Scene;
@@ -126,6 +127,92 @@ impl FilmMotion {
     }
 }
 
+/// Motion of a film, the objects in it, and its frames that were chosen.
+struct Filmed {
+    motion: FilmMotion,
+    playing: Option<Playing>,
+    frames: FrameSet,
+}
+
+impl Filmed {
+    /// Binds a path, or a single eye.
+    fn of_flight(
+        flight: &FlightArgs,
+        request: &FilmRequest<'_>,
+        choose: impl FnOnce(u64) -> Result<FrameSet>,
+        observer: &dyn Observer,
+    ) -> Result<Self> {
+        let flown = Arc::new(flight.bind(request.source, request.setup, observer)?);
+        let timeline = Timeline::new(request.fps, flown.span(), &flight.playback.playback())?;
+        let playing = playing(flight, request, timeline, observer)?;
+        let shots = shots(flight, request, &flown, observer)?;
+        let shown = Shown { flown: &flown, timeline: &timeline, playing: playing.as_ref() };
+        let rig = Arc::new(rig(flight, request, &shown, &shots)?);
+
+        let playing = match flight.path {
+            Some(_) => playing.map(|playing| playing.seen_by(&rig)),
+            None => playing,
+        };
+        let sky = running_sky(flight, request, &flown)?;
+        let frames = choose(timeline.frame_count())?;
+        frames.check_within(timeline.frame_count())?;
+        Ok(Self { motion: FilmMotion { flown, timeline, rig, sky }, playing, frames })
+    }
+
+    /// Binds the chosen ones of some views.
+    fn of_views(
+        flight: &FlightArgs,
+        request: &FilmRequest<'_>,
+        views: &Views,
+        choose: impl FnOnce(u64) -> Result<FrameSet>,
+        observer: &dyn Observer,
+    ) -> Result<Self> {
+        note_unused_cameras(request.scene, "--views", observer);
+        let (timeline, count) = (Timeline::of_views(request.fps, views.count()), views.count());
+        let frames = choose(count)?;
+        if let Some(last) = frames.last().filter(|last| *last > count) {
+            return Err(Error::Configuration(format!(
+                "--frames asks for frame {last}, but --views has frames 1-{count}"
+            )));
+        }
+        if frames.iter().take(MOST_FRAMES).count() == MOST_FRAMES {
+            return Err(Error::Configuration(format!(
+                "--views has {count} frames, which are too many at once; choose some with --frames"
+            )));
+        }
+
+        let rig = over_ground(request.source, flight.world, |crs, ground| {
+            let site = FilmSite { crs, ground, object: &|_| None, clearance: flight.clearance };
+            Rig::of_views(views, frames.iter(), &timeline, &site)
+        })?;
+        let flown = rig.flight().clone();
+        let sky = running_sky(flight, request, &flown)?;
+        let motion = FilmMotion { flown, timeline, rig: Arc::new(rig), sky };
+        Ok(Self { motion, playing: playing(flight, request, timeline, observer)?, frames })
+    }
+}
+
+/// Puts a sun that runs over the database, if there is one.
+fn running_sky(
+    flight: &FlightArgs,
+    request: &FilmRequest<'_>,
+    flown: &Trajectory,
+) -> Result<Option<RunningSky>> {
+    let over = |sun: RunningSun<'_>| sun.over(request.source.header(), flown, flight.path.as_deref());
+    request.sun.map(over).transpose()
+}
+
+/// Binds the objects of the scene, if there is one.
+fn playing(
+    flight: &FlightArgs,
+    request: &FilmRequest<'_>,
+    timeline: Timeline,
+    observer: &dyn Observer,
+) -> Result<Option<Playing>> {
+    let bound = |scene| Playing::new(scene, request.source, flight.world, timeline, observer);
+    request.scene.map(bound).transpose()
+}
+
 impl BoundFlight {
     /// Binds path, scene and cameras, and finds the cameras of the frames that `choose` takes out of the film's count, after checks
     /// that somebody will see something.
@@ -138,24 +225,13 @@ impl BoundFlight {
         choose: impl FnOnce(u64) -> Result<FrameSet>,
         observer: &dyn Observer,
     ) -> Result<Self> {
-        let FilmRequest { file, source, setup, fps, scene, sun } = *request;
-        let flown = Arc::new(flight.bind(source, setup, observer)?);
-        let timeline = Timeline::new(fps, flown.span(), &flight.playback.playback())?;
-        let playing = scene.map(|scene| Playing::new(scene, source, flight.world, timeline, observer));
-        let playing = playing.transpose()?;
-        let shots = shots(flight, request, &flown, observer)?;
-        let shown = Shown { flown: &flown, timeline: &timeline, playing: playing.as_ref() };
-        let rig = Arc::new(rig(flight, request, &shown, &shots)?);
-        rig.notes().iter().for_each(|note| observer.note(note));
-
-        let playing = match flight.path {
-            Some(_) => playing.map(|playing| playing.seen_by(&rig)),
-            None => playing,
+        let FilmRequest { file, source, setup, .. } = *request;
+        let Filmed { motion, playing, frames } = match flight.views(source.header(), setup)? {
+            Some(views) => Filmed::of_views(flight, request, &views, choose, observer)?,
+            None => Filmed::of_flight(flight, request, choose, observer)?,
         };
-        let sky = sun.map(|sun| sun.over(source.header(), &flown, flight.path.as_deref())).transpose()?;
-        let motion = FilmMotion { flown, timeline, rig, sky };
-        let frames = choose(timeline.frame_count())?;
-        frames.check_within(timeline.frame_count())?;
+        motion.rig.notes().iter().for_each(|note| observer.note(note));
+
         let above = setup.is_map().then(|| source.header().height_range.high.ceil() + 1.0);
         let above = above.filter(|_| flight.ypr.is_none());
 
@@ -175,7 +251,7 @@ impl BoundFlight {
             check_fields_of_view(&poses)?;
         }
         if !flight.world.tile_world {
-            check_inside(&motion, file, source, &poses)?;
+            check_inside(flight, &motion, file, source, &poses)?;
         }
         if let Some(above) = above {
             if poses.iter().any(|numbered| numbered.pose.eye.z < above) {
@@ -185,7 +261,7 @@ impl BoundFlight {
         }
 
         flight.world.note_seam(source.header(), observer);
-        check_above_ground(flight, source, timeline, &poses, observer)?;
+        check_above_ground(flight, source, motion.timeline, &poses, observer)?;
         if !setup.is_map() {
             let cameras: Vec<Camera> = sharpness::some(poses.iter().map(|numbered| numbered.pose))
                 .map(|pose| setup.camera(pose))
@@ -249,9 +325,7 @@ fn shots(
         return Ok(Vec::new());
     }
     if flight.eye.is_some() {
-        if scene.is_some_and(|scene| !scene.cameras.is_empty()) {
-            observer.note("the scene's cameras are for a flight; --eye has its own view");
-        }
+        note_unused_cameras(scene, "--eye", observer);
         return Ok(Vec::new());
     }
 
@@ -275,6 +349,13 @@ fn shots(
         );
     }
     Ok(shots)
+}
+
+/// Says that a scene has cameras which a flag goes before.
+fn note_unused_cameras(scene: Option<&Scene>, flag: &str, observer: &dyn Observer) {
+    if scene.is_some_and(|scene| !scene.cameras.is_empty()) {
+        observer.note(&format!("the scene's cameras are for a flight; {flag} has its own view"));
+    }
 }
 
 /// Whether what flies is in the middle of a shot.
@@ -313,6 +394,7 @@ fn look_down(above: f64, pose: &mut Pose) {
 }
 
 fn check_inside(
+    flight: &FlightArgs,
     motion: &FilmMotion,
     file: &Path,
     source: &dyn PageSource,
@@ -329,7 +411,9 @@ fn check_inside(
         !reference::crs(header)?.is_local() && pose.eye.x.abs() <= 180.0 && pose.eye.y.abs() <= 90.0;
 
     let flown = motion.flown.pose_at(motion.timeline.seconds_at(*number));
-    let remedy = if inside(&flown) {
+    let remedy = if flight.views.views.is_some() {
+        "take a smaller --radius, or a place farther inside".to_owned()
+    } else if inside(&flown) {
         let frames =
             if within.is_empty() { String::new() } else { format!(", or take --frames {}", ranges(&within)) };
         format!("bring the camera nearer to what flies{frames}")

@@ -14,12 +14,12 @@ use hedgehop::{Error, Result};
 #[derive(Debug, Clone, Default, Args)]
 pub struct CameraArgs {
     /// Pitch of the view, degrees, up positive, whatever the flight's: -10 keeps the ground in view
-    #[arg(long, value_name = "DEGREES", value_parser = pitch, allow_hyphen_values = true, conflicts_with = "eye")]
+    #[arg(long, value_name = "DEGREES", value_parser = pitch, allow_hyphen_values = true, conflicts_with_all = ["eye", "views"])]
     pub pitch: Option<f64>,
 
     /// Direction of the view: ahead, along the nose; down; or a time, 5s, at the place where the flight will be then, 6° below the horizon or lower
     /// [default: ahead, lowered likewise for recordings without a pitch]
-    #[arg(long, value_name = "WHERE", value_parser = look, allow_hyphen_values = true, conflicts_with_all = ["eye", "pitch"])]
+    #[arg(long, value_name = "WHERE", value_parser = look, allow_hyphen_values = true, conflicts_with_all = ["eye", "views", "pitch"])]
     pub look: Option<LookWord>,
 
     /// Look at a place, metres in the database's reference system (without Z on the ground there), or at an object of the scene by its name
@@ -31,12 +31,12 @@ pub struct CameraArgs {
     pub look_at_lonlat: bool,
 
     /// Fly behind, so many metres back, up and perhaps to the right, and look at what flies: 60,15
-    #[arg(long, value_name = "BACK,UP[,SIDE]", value_parser = chase, allow_hyphen_values = true, conflicts_with = "eye")]
+    #[arg(long, value_name = "BACK,UP[,SIDE]", value_parser = chase, allow_hyphen_values = true, conflicts_with_all = ["eye", "views"])]
     pub chase: Option<Chase>,
 
     /// Go around what flies, or what --look-at names: radius and height above it, metres, and seconds of the film a turn takes
     /// (60; negative: anticlockwise)
-    #[arg(long, value_name = "RADIUS,UP[,SECONDS]", value_parser = orbit, allow_hyphen_values = true, conflicts_with_all = ["eye", "chase"])]
+    #[arg(long, value_name = "RADIUS,UP[,SECONDS]", value_parser = orbit, allow_hyphen_values = true, conflicts_with_all = ["eye", "views", "chase"])]
     pub orbit: Option<Orbit>,
 }
 
@@ -122,6 +122,29 @@ impl CameraArgs {
         looks || self.chase.is_some() || self.orbit.is_some()
     }
 
+    /// Returns the place that --look-at names, if it is given.
+    ///
+    /// # Errors
+    /// An object is named.
+    pub fn place(&self, mode: Option<AltitudeMode>) -> Result<Option<Track>> {
+        match &self.look_at {
+            None => Ok(None),
+            Some(LookedAt::Place(place, z)) => Ok(Some(self.place_track(*place, *z, mode))),
+            Some(LookedAt::Object(name)) => Err(Error::Configuration(format!(
+                "--look-at {name}: --views looks at a place; give X,Y or X,Y,Z"
+            ))),
+        }
+    }
+
+    fn place_track(&self, [x, y]: [f64; 2], z: Option<f64>, mode: Option<AltitudeMode>) -> Track {
+        let horizontal = if self.look_at_lonlat { Horizontal::LonLat(x, y) } else { Horizontal::Xy(x, y) };
+        let altitude = match z {
+            Some(metres) => Altitude { metres, mode: mode.unwrap_or(AltitudeMode::Msl) },
+            None => Altitude { metres: 0.0, mode: AltitudeMode::Agl },
+        };
+        single_fix("--look-at", horizontal, altitude, [0.0; 3])
+    }
+
     fn looked_at(
         &self,
         looked_at: &LookedAt,
@@ -129,15 +152,7 @@ impl CameraArgs {
         mode: Option<AltitudeMode>,
     ) -> Result<Look> {
         match looked_at {
-            LookedAt::Place([x, y], z) => {
-                let horizontal =
-                    if self.look_at_lonlat { Horizontal::LonLat(*x, *y) } else { Horizontal::Xy(*x, *y) };
-                let altitude = match z {
-                    Some(metres) => Altitude { metres: *metres, mode: mode.unwrap_or(AltitudeMode::Msl) },
-                    None => Altitude { metres: 0.0, mode: AltitudeMode::Agl },
-                };
-                Ok(Look::Place(single_fix("--look-at", horizontal, altitude, [0.0; 3])))
-            }
+            LookedAt::Place(place, z) => Ok(Look::Place(self.place_track(*place, *z, mode))),
             LookedAt::Object(_) if self.look_at_lonlat => Err(Error::Configuration(
                 "--look-at-lonlat is about a place; --look-at names an object".into(),
             )),

@@ -49,6 +49,7 @@ mod trails;
 mod trust;
 mod view;
 mod viewer;
+mod views;
 mod world;
 
 use std::process::ExitCode;

@@ -37,8 +37,10 @@ pub struct Origin<'a> {
     pub area: &'a Path,
     /// The database.
     pub header: &'a Header,
-    /// The path's file; `None` for a single picture.
+    /// The path's file; `None` for views without one.
     pub path: Option<&'a Path>,
+    /// Whether frames are several, which numbers tell apart.
+    pub is_sequence: bool,
     /// Frames per second of the numbering.
     pub timeline: Timeline,
     /// Files of poses besides `poses.csv`, if any are asked for.
@@ -47,7 +49,7 @@ pub struct Origin<'a> {
     pub settings: Value,
 }
 
-/// Numbered files, and poses and `manifest.json` beside those of a path.
+/// Numbered files, and poses and `manifest.json` beside those of a path or a set of views.
 #[derive(Debug)]
 pub struct Files<'a> {
     origin: Origin<'a>,
@@ -65,10 +67,7 @@ impl<'a> Files<'a> {
 
     /// The file of frame `number`.
     pub fn path(&self, number: u64) -> PathBuf {
-        match self.origin.path {
-            Some(_) => self.pattern.path(number),
-            None => self.pattern.single_path(number),
-        }
+        if self.origin.is_sequence { self.pattern.path(number) } else { self.pattern.single_path(number) }
     }
 
     /// The folder that they lie in; `None` for standard output.
@@ -76,9 +75,9 @@ impl<'a> Files<'a> {
         self.pattern.folder()
     }
 
-    /// Whether a manifest lists them: a picture that is no part of a flight has none.
+    /// Whether a manifest lists them: a single picture has none.
     pub fn are_listed(&self) -> bool {
-        self.origin.path.is_some()
+        self.origin.is_sequence
     }
 
     /// Returns the state of the file that a frame is to go to.

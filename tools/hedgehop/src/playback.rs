@@ -18,20 +18,20 @@ const LONGEST: f64 = 1.0e6;
 #[derive(Debug, Clone, Copy, Default, Args)]
 pub struct PlaybackArgs {
     /// Pace of the film: 30x shows half a minute of the flight in a second, 0.5x is slow motion [default: 1x, or as --duration says]
-    #[arg(long, value_name = "FACTOR", value_parser = speed, allow_hyphen_values = true, conflicts_with = "eye")]
+    #[arg(long, value_name = "FACTOR", value_parser = speed, allow_hyphen_values = true, conflicts_with_all = ["eye", "views"])]
     pub speed: Option<f64>,
 
     /// Length of the film, whatever the flight lasts: 90s, 2m30s, 1:30
-    #[arg(long, value_name = "TIME", value_parser = duration, allow_hyphen_values = true, conflicts_with_all = ["eye", "speed"])]
+    #[arg(long, value_name = "TIME", value_parser = duration, allow_hyphen_values = true, conflicts_with_all = ["eye", "views", "speed"])]
     pub duration: Option<f64>,
 
     /// Moment of the flight that the film begins at: after the first fix (90s, 2m30s), or by the clock of the file, UTC (14:05, 14:05:30, 16:05+02:00)
     /// [default: the first fix]
-    #[arg(long, value_name = "TIME", value_parser = flight_time, allow_hyphen_values = true, conflicts_with = "eye")]
+    #[arg(long, value_name = "TIME", value_parser = flight_time, allow_hyphen_values = true, conflicts_with_all = ["eye", "views"])]
     pub from: Option<FlightTime>,
 
     /// Moment of the flight that it ends at, as --from [default: the last fix]
-    #[arg(long, value_name = "TIME", value_parser = flight_time, allow_hyphen_values = true, conflicts_with = "eye")]
+    #[arg(long, value_name = "TIME", value_parser = flight_time, allow_hyphen_values = true, conflicts_with_all = ["eye", "views"])]
     pub to: Option<FlightTime>,
 }
 

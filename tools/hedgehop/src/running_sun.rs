@@ -61,7 +61,7 @@ impl<'s> RunningSun<'s> {
             None => ["--sun track", "--sun TIME with --sun-runs, TIME being that of the first fix"],
         };
         let silent = match (path, clock) {
-            (None, _) => "a single --eye tells no time".to_owned(),
+            (None, _) => "--eye and --views tell no time".to_owned(),
             (Some(path), None) => format!("{} tells no time", path.display()),
             (Some(path), Some(TrackClock { .. })) => {
                 format!("{} tells the time of day, but not the date (HFDTE)", path.display())

@@ -9,7 +9,7 @@ use hedgehop::flight::Smoothing;
 #[derive(Debug, Clone, Copy, Default, Args)]
 pub struct SmoothingArgs {
     /// Take out of the path's positions what swings faster than this; 0 leaves them as they are [default: the noise of recordings]
-    #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_hyphen_values = true, conflicts_with = "eye")]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_hyphen_values = true, conflicts_with_all = ["eye", "views"])]
     pub smooth: Option<f64>,
 }
 

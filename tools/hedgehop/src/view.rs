@@ -13,9 +13,10 @@ use crate::running_sun::RunningSun;
 use crate::screen::{ScreenArgs, Setup};
 use crate::smoothing::SmoothingArgs;
 use crate::tracks::TrackArgs;
+use crate::views::ViewArgs;
 use crate::world::WorldArgs;
 use crate::{area, reference};
-use hedgehop::flight::{Altitude, BindOptions, Horizontal, Track, Trajectory, read_track};
+use hedgehop::flight::{Altitude, BindOptions, Horizontal, Track, Trajectory, Views, read_track};
 use hedgehop::geo::Crs;
 use hedgehop::progress::Observer;
 use hedgehop::render::RenderOptions;
@@ -27,7 +28,7 @@ use hedgehop::{Error, Result};
 /// Flags of the flight: the path of the eye.
 #[derive(Debug, Clone, clap::Args)]
 #[command(next_help_heading = "Flight")]
-#[command(group(clap::ArgGroup::new("view").required(true).args(["path", "eye"])))]
+#[command(group(clap::ArgGroup::new("view").required(true).args(["path", "eye", "views"])))]
 pub struct FlightArgs {
     /// Flight path: CSV, JSBSim CSV, KML gx:Track, GPX or IGC
     #[arg(long, value_name = "FILE")]
@@ -50,7 +51,7 @@ pub struct FlightArgs {
     pub alt_mode: Option<AltitudeMode>,
 
     /// Fly without bank where the attitude is derived from the track
-    #[arg(long, conflicts_with = "eye")]
+    #[arg(long, conflicts_with_all = ["eye", "views"])]
     pub level: bool,
 
     /// Least height above ground, metres; lower parts of the path are raised [default: as the path says]
@@ -75,6 +76,9 @@ pub struct FlightArgs {
 
     #[command(flatten)]
     pub screen: ScreenArgs,
+
+    #[command(flatten)]
+    pub views: ViewArgs,
 
     #[command(flatten)]
     pub world: WorldArgs,
@@ -211,6 +215,27 @@ impl LookArgs {
 }
 
 impl FlightArgs {
+    /// Whether frames are several, which numbers tell apart: of a path or a set of views.
+    pub fn is_sequence(&self) -> bool {
+        self.path.is_some() || self.views.views.is_some()
+    }
+
+    /// Returns the views that flags ask for instead of a flight, if they do.
+    ///
+    /// # Errors
+    /// Flags that do not go together, or with a map.
+    pub fn views(&self, header: &Header, setup: &Setup) -> Result<Option<Views>> {
+        let Some(kind) = self.views.views else { return self.views.check_unused().map(|()| None) };
+        self.tracks.check(false, "--path")?;
+        if setup.is_map() && (self.views.have_directions() || self.camera.is_given()) {
+            return Err(Error::Configuration(
+                "a map is seen from above; leave out --pitches, --headings and --look-at, or take another screen".into(),
+            ));
+        }
+        let target = self.camera.place(self.alt_mode.map(Into::into))?;
+        self.views.views(kind, &header.grid, target, setup.hfov).map(Some)
+    }
+
     /// Binds the path, or the single eye, to a database.
     pub fn bind(
         &self,

@@ -26,6 +26,7 @@ use crate::tracks::TrackArgs;
 use crate::trails::TrailArgs;
 use crate::trust::TrustArgs;
 use crate::view::{FlightArgs, LookArgs, Surface};
+use crate::views::ViewArgs;
 use crate::world::WorldArgs;
 use hedgehop::encode::FramePattern;
 use hedgehop::encode::atomic::write_bytes;
@@ -169,6 +170,7 @@ fn flight(folder: &Path, area: &Path) -> Result<render::RenderArgs> {
         clearance: None,
         allow_below_ground: false,
         screen: ScreenArgs { hfov: Some(HFOV), size: Some(SIZE), ..ScreenArgs::default() },
+        views: ViewArgs::default(),
         world: WorldArgs::default(),
     };
 

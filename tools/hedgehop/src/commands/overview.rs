@@ -16,6 +16,7 @@ use crate::screen::ScreenArgs;
 use crate::smoothing::SmoothingArgs;
 use crate::tracks::TrackArgs;
 use crate::view::FlightArgs;
+use crate::views::ViewArgs;
 use crate::world::WorldArgs;
 use crate::{pictures, reference};
 use hedgehop::colour::srgb8_picture;
@@ -160,6 +161,7 @@ fn flight(args: &OverviewArgs, source: &PageFile, observer: &dyn Observer) -> Re
         clearance: None,
         allow_below_ground: false,
         screen: ScreenArgs { hfov: args.hfov, size: Some(FOOTPRINT_SIZE), ..ScreenArgs::default() },
+        views: ViewArgs::default(),
         world: WorldArgs::default(),
     };
     let trajectory = flight.bind(source, &flight.screen.setup()?, observer)?;

@@ -1,4 +1,4 @@
-//! `hedgehop render`: a flight path through a database, as frames, a stream or a film.
+//! `hedgehop render`: a flight path through a database, or views of it, as frames, a stream or a film.
 
 mod conflicts;
 mod film_args;
@@ -146,6 +146,7 @@ impl FrameRequest {
         let titling = args.titling.titling(scene.as_ref())?;
         let setup = args.film.sized(&args.flight.screen)?.setup()?.behind_lens(finish.distortion)?;
         conflicts::check_combination(args, scene.as_ref(), &setup)?;
+        conflicts::check_views(args, &finish, &titling)?;
         args.aov.check(args.target(), &setup)?;
         let product = match args.target() {
             Some(Target::Exr | Target::Npy) => Product::Frame,
@@ -395,6 +396,7 @@ fn deliver(
         area: &args.area,
         header,
         path: args.flight.path.as_deref(),
+        is_sequence: args.flight.is_sequence(),
         poses: args.poses.record(&header.grid),
         timeline: sequence.motion.timeline,
         settings,
@@ -431,6 +433,7 @@ fn settings(args: &RenderArgs, scene: Option<&Scene>, setup: &Setup, options: &R
     });
 
     flight.camera.record(&mut settings);
+    flight.views.record(&mut settings);
     flight.smoothing.record(&mut settings);
     flight.playback.record(&mut settings);
     args.trust.record(&mut settings);

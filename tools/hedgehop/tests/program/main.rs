@@ -22,4 +22,5 @@ mod sheets;
 mod titles;
 mod trails;
 mod videos;
+mod views;
 mod vision;

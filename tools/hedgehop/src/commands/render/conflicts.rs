@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::flags::RenderArgs;
+use crate::aov::AovKind;
 use crate::args::check_no_input;
 use crate::screen::Setup;
 use crate::{scene, traffic};
@@ -10,7 +11,7 @@ use hedgehop::encode::atomic::check_writable;
 use hedgehop::encode::poses::PoseFormat;
 use hedgehop::encode::video::{VideoSettings, check_video};
 use hedgehop::encode::{FramePattern, Target, sidecar};
-use hedgehop::scene::Scene;
+use hedgehop::scene::{Finish, Scene, Titling};
 use hedgehop::{Error, Result};
 
 /// Refuses frames that would take the place of what they are made of.
@@ -29,7 +30,7 @@ pub fn check_combination(args: &RenderArgs, scene: Option<&Scene>, setup: &Setup
     let mut inputs: Vec<&Path> = args.flight.path.as_deref().into_iter().collect();
     inputs.extend(scene::inputs(scene));
     let folder = args.output.as_ref().and_then(FramePattern::folder);
-    if let (Some(_), Some(folder), false) = (&args.flight.path, folder, is_stream) {
+    if let (true, Some(folder), false) = (args.flight.is_sequence(), folder, is_stream) {
         for name in [sidecar::POSES, sidecar::MANIFEST] {
             check_no_input("-o", &folder.join(name), &inputs)?;
         }
@@ -61,6 +62,28 @@ pub fn check_combination(args: &RenderArgs, scene: Option<&Scene>, setup: &Setup
         )),
         _ => Ok(()),
     }
+}
+
+/// Refuses, of views that no path joins, what tells of motion from one to the next.
+pub fn check_views(args: &RenderArgs, finish: &Finish, titling: &Titling) -> Result<()> {
+    let (moves, remedy) = if args.flight.views.views.is_none() {
+        return Ok(());
+    } else if args.aov.has(AovKind::Motion) {
+        ("--aov motion tells how the picture moves to the next frame", "leave motion out")
+    } else if finish.shutter > 0.0 {
+        (
+            "--shutter blurs what moves while it is open",
+            "leave it out, or give --shutter 0 where the scene has it",
+        )
+    } else if !titling.is_empty() {
+        (
+            "text and figures tell of a flight",
+            "leave --overlay, --hud, --title, --credits and --caption out, and what the scene has of them",
+        )
+    } else {
+        return Ok(());
+    };
+    Err(Error::Configuration(format!("{moves}, and --views are stills without a path; {remedy}")))
 }
 
 /// Refuses a film that cannot be made, or would destroy an input.
@@ -100,9 +123,9 @@ fn check_poses(args: &RenderArgs, inputs: &[&Path], setup: &Setup) -> Result<()>
     let Some(output) = args.output.as_ref().filter(|output| output.target() != Target::Y4m) else {
         return refuse("--poses writes files beside frames; write these with -o frames/####.png");
     };
-    let (Some(_), Some(folder)) = (&args.flight.path, output.folder()) else {
+    let (true, Some(folder)) = (args.flight.is_sequence(), output.folder()) else {
         return refuse(
-            "--poses tells the poses of a flight; give it a --path, or leave it out: a picture of --eye says its own pose",
+            "--poses tells the poses of a flight; give it a --path or --views, or leave it out: a picture of --eye says its own pose",
         );
     };
     if !setup.is_planar() && formats.iter().any(|format| format.describes_cameras()) {

@@ -18,9 +18,9 @@ use crate::view::{FlightArgs, LookArgs};
 use hedgehop::encode::{FramePattern, FrameSet, Target};
 use hedgehop::flight::FrameRate;
 
-/// Render a flight path, or a single picture.
+/// Render a flight path, views without a path, or a single picture.
 ///
-/// Frames are the same, bit by bit, for any number of workers and any subset. Give --path for a flight or --eye for
+/// Frames are the same, bit by bit, for any number of workers and any subset. Give --path for a flight, --views for a data set, or --eye for
 /// a single picture. Frames are numbered from the start of the path, whichever of them are rendered.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLE, after_long_help = format!("{EXAMPLE}\n\n{}", exit::HELP))]
@@ -123,6 +123,7 @@ Examples:
   hedgehop render area.hop --path track.csv --frames 100-200 --skip-existing -o frames/%04d.exr
   hedgehop render area.hop --eye 500120,4180300,850 --ypr 90,-10,0 -o view.png
   hedgehop render area.hop --eye 500120,4180300,3000 --screen orthographic --ground-width 2000 -o map.png
+  hedgehop render area.hop --views random --count 500 --heights 30,300 -o views/####.png
   hedgehop render area.hop --path track.csv --screen fisheye --channel 0,90,0 -o dome/####.png
   hedgehop render area.hop --path track.kml -o - | ffplay -";
 
