@@ -75,7 +75,7 @@ fn entries(
     wanted: Option<Size>,
 ) -> Result<BTreeMap<String, String>, PictureRefusal> {
     match Target::of(path) {
-        Ok(Target::Png) => png::decode(bytes, wanted).map(|(_, entries)| entries),
+        Ok(Target::Png) => png::decode(bytes, wanted).map(|decoded| decoded.entries),
         Ok(Target::Exr) => exr::decode(bytes, wanted).map(|decoded| decoded.entries),
         Ok(Target::Npy) => npy::decode(bytes, wanted),
         Ok(Target::Y4m) => Err("y4m is not checked frame by frame".to_owned().into()),

@@ -5,6 +5,7 @@
 //!             ├─▶ y4m   one stream of frames, BT.709, limited range
 //!             └─▶ video an installed ffmpeg, or Motion JPEG
 //! Frame ───────┬─▶ exr   linear colour, Z, range, normals, level, id
+//!              ├─▶ png   labels: materials and objects, as numbers
 //!              └─▶ npy   depth alone, as NumPy's arrays
 //! ```
 //!
@@ -24,6 +25,8 @@ pub mod frames;
 #[doc(hidden)]
 pub mod geotiff;
 mod info;
+#[doc(hidden)]
+pub mod labels;
 mod npy;
 mod ours;
 #[doc(hidden)]

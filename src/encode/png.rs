@@ -1,4 +1,4 @@
-//! PNG: 8-bit sRGB, with text chunks that say what made it.
+//! PNG: 8-bit sRGB, or labels, with text chunks that say what made it.
 //!
 //! Written through the `png` crate itself, because the encoder of `image` has no text chunks. The file
 //! holds no time of writing, so equal frames are equal bytes.
@@ -13,7 +13,6 @@ use std::path::Path;
 use crate::encode::FrameInfo;
 use crate::encode::info::CAMERA_CONVENTIONS;
 use crate::encode::refusal::PictureRefusal;
-use crate::frame::Picture;
 use crate::space::Camera;
 use hedgehop_base::Size;
 use hedgehop_base::error::{Error, Result};
@@ -21,19 +20,71 @@ use hedgehop_base::error::{Error, Result};
 /// Most bytes that a decoder may take for anything but the picture (text chunks above all).
 const DECODER_BYTES: usize = 16 << 20;
 
-/// The bytes of a PNG of `rgb`, a picture of what `camera` saw.
-pub(super) fn encode(path: &Path, rgb: &[u8], camera: &Camera, info: &FrameInfo) -> Result<Vec<u8>> {
-    encode_rgb(rgb, camera, info)
+/// Pixels of a PNG, row by row.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum PngPixels<'a> {
+    /// 8-bit sRGB, three bytes each.
+    Rgb(&'a [u8]),
+    /// Places in a palette of 8-bit sRGB, three bytes each.
+    Indexed { indices: &'a [u8], palette: &'a [u8] },
+    /// Numbers.
+    Grey(&'a [u16]),
+}
+
+/// A PNG as it was read.
+#[derive(Debug)]
+pub(super) struct DecodedPng {
+    pub size: Size,
+    /// 8-bit sRGB, three bytes a pixel; `None`: pixels are labels.
+    pub rgb: Option<Vec<u8>>,
+    /// Text entries by their names.
+    pub entries: BTreeMap<String, String>,
+}
+
+/// The bytes of a PNG of what `camera` saw.
+pub(super) fn encode(
+    path: &Path,
+    pixels: PngPixels<'_>,
+    camera: &Camera,
+    info: &FrameInfo,
+) -> Result<Vec<u8>> {
+    encode_pixels(pixels, camera, info)
         .map_err(|source| Error::invalid(path, format!("the PNG encoder refuses the frame: {source}")))
 }
 
-fn encode_rgb(rgb: &[u8], camera: &Camera, info: &FrameInfo) -> Result<Vec<u8>, ::png::EncodingError> {
-    let mut bytes = Vec::with_capacity(rgb.len() / 2);
+fn encode_pixels(
+    pixels: PngPixels<'_>,
+    camera: &Camera,
+    info: &FrameInfo,
+) -> Result<Vec<u8>, ::png::EncodingError> {
+    let mut bytes = Vec::with_capacity(camera.width as usize * camera.height as usize);
     let mut encoder = ::png::Encoder::new(&mut bytes, camera.width, camera.height);
-    encoder.set_color(::png::ColorType::Rgb);
     encoder.set_depth(::png::BitDepth::Eight);
     encoder.set_compression(::png::Compression::Fast);
-    encoder.set_source_srgb(::png::SrgbRenderingIntent::Perceptual);
+
+    // Numbers have no colour space.
+    if !matches!(pixels, PngPixels::Grey(_)) {
+        encoder.set_source_srgb(::png::SrgbRenderingIntent::Perceptual);
+    }
+    let big_endian: Vec<u8>;
+    let data = match pixels {
+        PngPixels::Rgb(rgb) => {
+            encoder.set_color(::png::ColorType::Rgb);
+            rgb
+        }
+        PngPixels::Indexed { indices, palette } => {
+            encoder.set_color(::png::ColorType::Indexed);
+            encoder.set_palette(palette.to_vec());
+            indices
+        }
+        PngPixels::Grey(numbers) => {
+            encoder.set_color(::png::ColorType::Grayscale);
+            encoder.set_depth(::png::BitDepth::Sixteen);
+            big_endian = numbers.iter().flat_map(|number| number.to_be_bytes()).collect();
+            &big_endian
+        }
+    };
+
     let entries = info.entries(camera).into_iter().map(|(name, value)| (name, value.to_string()));
     let writer = ("Software", info.writer.replace('\0', " "));
     let conventions = ("hedgehop.conventions", CAMERA_CONVENTIONS.to_owned());
@@ -48,19 +99,17 @@ fn encode_rgb(rgb: &[u8], camera: &Camera, info: &FrameInfo) -> Result<Vec<u8>, 
     }
 
     let mut writer = encoder.write_header()?;
-    writer.write_image_data(rgb)?;
+    writer.write_image_data(data)?;
     writer.finish()?;
 
     Ok(bytes)
 }
 
 /// Decodes a whole PNG: every checksum, up to the end mark, and nothing after it. Pictures other than
-/// 8-bit RGB, which no frame is, are refused. `size` is the only one that is accepted, if given.
-/// Also returns the text entries.
-pub(super) fn decode(
-    bytes: &[u8],
-    size: Option<Size>,
-) -> Result<(Picture, BTreeMap<String, String>), PictureRefusal> {
+/// 8-bit RGB, and labels other than of 8 bits with a palette or of 16, which no frame is, are refused. `size` is the only one that
+/// is accepted, if given.
+pub(super) fn decode(bytes: &[u8], size: Option<Size>) -> Result<DecodedPng, PictureRefusal> {
+    use ::png::{BitDepth, ColorType};
     let mut options = ::png::DecodeOptions::default();
     options.set_ignore_adler32(false);
     options.set_skip_ancillary_crc_failures(false);
@@ -70,14 +119,16 @@ pub(super) fn decode(
     let header = decoder.read_header_info().map_err(|error| error.to_string())?;
     let (width, height) = (header.width, header.height);
     PictureRefusal::other_size(Size { width, height }, size)?;
-    if header.color_type != ::png::ColorType::Rgb || header.bit_depth != ::png::BitDepth::Eight {
-        return Err("it is not 8-bit RGB".to_owned().into());
-    }
+    let is_picture = match (header.color_type, header.bit_depth) {
+        (ColorType::Rgb, BitDepth::Eight) => true,
+        (ColorType::Indexed, BitDepth::Eight) | (ColorType::Grayscale, BitDepth::Sixteen) => false,
+        _ => return Err("it is neither 8-bit RGB nor labels".to_owned().into()),
+    };
 
     let mut reader = decoder.read_info().map_err(|error| error.to_string())?;
     let length = reader.output_buffer_size().ok_or_else(|| "it is too large for this machine".to_owned())?;
-    let mut rgb = vec![0; length];
-    reader.next_frame(&mut rgb).map_err(|error| error.to_string())?;
+    let mut pixels = vec![0; length];
+    reader.next_frame(&mut pixels).map_err(|error| error.to_string())?;
     reader.finish().map_err(|error| error.to_string())?;
     let info = reader.info();
     let latin = info.uncompressed_latin1_text.iter().map(|chunk| (chunk.keyword.clone(), chunk.text.clone()));
@@ -85,7 +136,7 @@ pub(super) fn decode(
         info.utf8_text.iter().filter_map(|chunk| Some((chunk.keyword.clone(), chunk.get_text().ok()?)));
     let entries = latin.chain(unicode).collect();
 
-    Ok((Picture { width, height, rgb }, entries))
+    Ok(DecodedPng { size: Size { width, height }, rgb: is_picture.then_some(pixels), entries })
 }
 
 #[cfg(test)]
@@ -99,8 +150,8 @@ mod tests {
     fn pixels_and_entries_come_back() {
         let (frame, info) = (testing::frame(33, 21), testing::info());
         let bytes = encode_frame(Path::new("a.png"), &frame, &info).unwrap();
-        let (picture, entries) = decode(&bytes, Some(Size { width: 33, height: 21 })).unwrap();
-        assert_eq!(picture.rgb, srgb8_picture(&frame.colour));
+        let DecodedPng { rgb, entries, .. } = decode(&bytes, Some(Size { width: 33, height: 21 })).unwrap();
+        assert_eq!(rgb, Some(srgb8_picture(&frame.colour)));
         assert_eq!(entries["Software"], "hedgehop 0.1.0");
         assert_eq!(entries["hedgehop.database_file"], "Küste.hop");
         assert_eq!(entries["hedgehop.eye_m"], "500123.456789 4649776.225 312.75");

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::info::FrameInfo;
 use super::pattern::Target;
+use super::png::{DecodedPng, PngPixels};
 use super::{atomic, exr, npy, png};
 use crate::frame::{Frame, Picture};
 use crate::space::Camera;
@@ -35,7 +36,7 @@ impl Written {
 pub fn encode_frame(path: &Path, frame: &Frame, info: &FrameInfo) -> Result<Vec<u8>> {
     frame.check_lengths(path)?;
     match Target::of(path)? {
-        Target::Png => png::encode(path, &srgb8_picture(&frame.colour), &frame.camera, info),
+        Target::Png => png::encode(path, PngPixels::Rgb(&srgb8_picture(&frame.colour)), &frame.camera, info),
         Target::Exr => exr::encode(path, frame, info),
         Target::Npy => npy::encode(path, frame, info),
         Target::Y4m => Err(Error::Configuration(format!(
@@ -59,7 +60,7 @@ pub fn encode_picture(path: &Path, picture: &Picture, camera: &Camera, info: &Fr
         let what = "only PNG is made from 8-bit pictures; render a frame for other formats";
         return Err(Error::Configuration(format!("{}: {what}", path.display())));
     }
-    png::encode(path, &picture.rgb, camera, info)
+    png::encode(path, PngPixels::Rgb(&picture.rgb), camera, info)
 }
 
 /// Writes a picture of what `camera` saw to `path` as PNG. The file appears whole or not at all, and the same
@@ -90,7 +91,12 @@ pub fn read_picture(path: &Path) -> Result<Picture> {
         Error::invalid(path, format!("no whole frame: {what}; render it again with --skip-existing"))
     };
     match target {
-        Target::Png => png::decode(&bytes, None).map(|(picture, _)| picture).map_err(|what| again(&what)),
+        Target::Png => {
+            let DecodedPng { size, rgb, .. } = png::decode(&bytes, None).map_err(|what| again(&what))?;
+            let what = "its pixels are labels, not colours";
+            let rgb = rgb.ok_or_else(|| Error::unsupported(path, what, "render it without --labels"))?;
+            Ok(Picture { width: size.width, height: size.height, rgb })
+        }
         Target::Exr => {
             let decoded = exr::decode(&bytes, None).map_err(|what| again(&what))?;
             let colour = decoded.colour().ok_or_else(|| again(&"it has no channels R, G and B"))?;

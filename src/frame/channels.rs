@@ -79,6 +79,11 @@ impl Frame {
         1 << 31 | number
     }
 
+    /// The number of the body that an [`Self::id`] tells; `None`: of the sky, or of the ground.
+    pub fn body_of(id: u32) -> Option<u32> {
+        (id >> 31 == 1 && id != Self::SKY_ID).then_some(id & !(1 << 31))
+    }
+
     /// The material that an [`Self::id`] tells; `None`: of the sky, or of a body.
     pub fn material_of(id: u32) -> Option<Material> {
         (id >> 31 == 0).then(|| Material::of_code((id >> 8) as u8))

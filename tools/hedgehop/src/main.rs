@@ -19,6 +19,7 @@ mod film;
 mod finish;
 mod frame_ranges;
 mod interrupt;
+mod labels;
 mod lettering;
 mod lines;
 mod making;

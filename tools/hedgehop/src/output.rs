@@ -8,6 +8,7 @@ use std::sync::{Mutex, PoisonError};
 
 use serde_json::Value;
 
+use crate::labels::Labelling;
 use crate::reference;
 use crate::sequence::{Flown, Image, Shot};
 use crate::trust::DamagedPage;
@@ -54,15 +55,17 @@ pub struct Origin<'a> {
 pub struct Files<'a> {
     origin: Origin<'a>,
     pattern: &'a FramePattern,
+    /// Labels that they hold instead of pictures, if they do.
+    labels: Option<Labelling>,
     digest: String,
     written: Mutex<BTreeMap<u64, Written>>,
 }
 
 impl<'a> Files<'a> {
     /// Files named by `pattern`.
-    pub fn new(origin: Origin<'a>, pattern: &'a FramePattern) -> Self {
+    pub fn new(origin: Origin<'a>, pattern: &'a FramePattern, labels: Option<Labelling>) -> Self {
         let digest = settings_digest(&origin.settings);
-        Self { origin, pattern, digest, written: Mutex::default() }
+        Self { origin, pattern, labels, digest, written: Mutex::default() }
     }
 
     /// The file of frame `number`.
@@ -103,12 +106,21 @@ impl<'a> Files<'a> {
     /// Writes one frame.
     pub fn write(&self, shot: &Shot) -> Result<()> {
         let (path, info) = (self.path(shot.number), self.info(shot.number));
-        let written = match &shot.image {
-            Image::Picture(picture, camera) => write_picture(&path, picture, camera, &info)?,
-            Image::Frame(frame) => write_frame(&path, frame, &info)?,
+        let written = match (&shot.image, &self.labels) {
+            (Image::Picture(picture, camera), _) => write_picture(&path, picture, camera, &info)?,
+            (Image::Frame(frame), Some(labels)) => labels.table.write(&path, labels.kind, frame, &info)?,
+            (Image::Frame(frame), None) => write_frame(&path, frame, &info)?,
         };
         self.written.lock().unwrap_or_else(PoisonError::into_inner).insert(shot.number, written);
         Ok(())
+    }
+
+    /// Writes what the numbers of labels mean beside them, if frames are labels.
+    pub fn write_palette(&self) -> Result<()> {
+        match (&self.labels, self.folder()) {
+            (Some(labels), Some(folder)) => labels.table.write_palette(folder),
+            _ => Ok(()),
+        }
     }
 
     /// Writes what made the frames beside them; `existing` are those whose files are whole, `damaged` the pages that coarser levels

@@ -12,6 +12,7 @@ use crate::contact_sheet::{Entry, WIDTH, sheet, spread};
 use crate::exit::{self, Outcome};
 use crate::finish::FinishArgs;
 use crate::interrupt::Interrupt;
+use crate::labels::LabelArgs;
 use crate::memory::{Late, Memory};
 use crate::pictures;
 use crate::playback::PlaybackArgs;
@@ -188,6 +189,7 @@ fn flight(folder: &Path, area: &Path) -> Result<render::RenderArgs> {
         stats: false,
         traffic: None,
         poses: PoseArgs::default(),
+        labels: LabelArgs::default(),
         aov: AovArgs::default(),
         trust: TrustArgs::default(),
         instructions: Instructions::default(),

@@ -147,9 +147,11 @@ impl FrameRequest {
         let setup = args.film.sized(&args.flight.screen)?.setup()?.behind_lens(finish.distortion)?;
         conflicts::check_combination(args, scene.as_ref(), &setup)?;
         conflicts::check_views(args, &finish, &titling)?;
+        conflicts::check_labels(args, &finish)?;
         args.aov.check(args.target(), &setup)?;
         let product = match args.target() {
             Some(Target::Exr | Target::Npy) => Product::Frame,
+            Some(Target::Png) if args.labels.labels.is_some() => Product::Frame,
             Some(Target::Png | Target::Y4m) | None => Product::Picture,
         };
 
@@ -402,10 +404,12 @@ fn deliver(
         settings,
     };
 
-    let files = Files::new(origin, output);
+    let labels = args.labels.labelling(WRITER, &header.metadata, sequence.playing)?;
+    let files = Files::new(origin, output, labels);
     let paths: Vec<_> = cameras.iter().map(|frame| files.path(frame.number)).collect();
     conflicts::check_frames(args, scene, &paths)?;
     let is_listed = replacing::check(args, &files, cameras, reporter)?;
+    files.write_palette()?;
     let (rendered, fineness) = fly_files(args, sequence, &files, is_listed, cameras, reporter)?;
     Ok(Delivered { files: paths, rendered, fineness })
 }
@@ -439,6 +443,7 @@ fn settings(args: &RenderArgs, scene: Option<&Scene>, setup: &Setup, options: &R
     args.trust.record(&mut settings);
     args.late.record(&mut settings);
     args.trails.record(&mut settings);
+    args.labels.record(&mut settings);
     scene::record(scene, &mut settings);
     scene::record_weather(&options.weather, &mut settings);
 

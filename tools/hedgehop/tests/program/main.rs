@@ -10,6 +10,7 @@ mod features;
 mod films;
 mod first_steps;
 mod known_faults;
+mod labels;
 mod maps;
 mod paging;
 mod queries;

@@ -114,7 +114,8 @@ fn has_numpy() -> bool {
 /// The Python that a page shows, without what needs more than NumPy.
 fn python(page: &str) -> String {
     let blocks = page.split("```python\n").skip(1).filter_map(|rest| rest.split("```").next());
-    blocks.filter(|block| !block.contains("OpenEXR")).collect::<Vec<_>>().join("\n")
+    let needs_more = |block: &&str| ["OpenEXR", "PIL"].iter().any(|module| block.contains(module));
+    blocks.filter(|block| !needs_more(block)).collect::<Vec<_>>().join("\n")
 }
 
 #[test]

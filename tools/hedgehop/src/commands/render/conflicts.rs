@@ -8,6 +8,7 @@ use crate::args::check_no_input;
 use crate::screen::Setup;
 use crate::{scene, traffic};
 use hedgehop::encode::atomic::check_writable;
+use hedgehop::encode::labels::LabelTable;
 use hedgehop::encode::poses::PoseFormat;
 use hedgehop::encode::video::{VideoSettings, check_video};
 use hedgehop::encode::{FramePattern, Target, sidecar};
@@ -84,6 +85,27 @@ pub fn check_views(args: &RenderArgs, finish: &Finish, titling: &Titling) -> Res
         return Ok(());
     };
     Err(Error::Configuration(format!("{moves}, and --views are stills without a path; {remedy}")))
+}
+
+/// Refuses labels in files that hold none, or of several rays a pixel, whose numbers have no mean.
+pub fn check_labels(args: &RenderArgs, finish: &Finish) -> Result<()> {
+    let refuse = |what: &str| Err(Error::Configuration(what.to_owned()));
+    if args.labels.labels.is_none() {
+        return Ok(());
+    }
+    let Some(output) = args.output.as_ref().filter(|output| output.target() == Target::Png) else {
+        return refuse("--labels are PNG; write them with -o labels/####.png");
+    };
+    if args.film.video.is_some() {
+        return refuse("--video is made from pictures, and --labels are none; leave one of the two out");
+    }
+    if finish.gathers() {
+        return refuse(
+            "--labels are of one ray a pixel, at one moment; leave --antialias and --shutter out, or give --antialias 1 and --shutter 0 \
+             where the scene has them",
+        );
+    }
+    output.folder().map_or(Ok(()), LabelTable::check_folder)
 }
 
 /// Refuses a film that cannot be made, or would destroy an input.

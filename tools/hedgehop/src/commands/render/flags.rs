@@ -7,6 +7,7 @@ use crate::aov::AovArgs;
 use crate::args::{Instructions, Overlap, Workers};
 use crate::exit;
 use crate::finish::FinishArgs;
+use crate::labels::LabelArgs;
 use crate::memory::{Late, Memory};
 use crate::poses::PoseArgs;
 use crate::progress::Mode;
@@ -77,6 +78,9 @@ pub struct RenderArgs {
 
     #[command(flatten)]
     pub aov: AovArgs,
+
+    #[command(flatten)]
+    pub labels: LabelArgs,
 
     #[command(flatten)]
     pub trust: TrustArgs,

@@ -26,11 +26,14 @@ pub fn elsewhere(is_whole: bool, is_damaged: bool) -> &'static str {
     }
 }
 
-/// Says that files of light or depth hold no finished pictures.
+/// Says that files of light, depth or labels hold no finished pictures.
 pub fn left_out(target: Option<Target>) -> &'static str {
     match target {
-        Some(Target::Npy) => "NPY holds depth: exposure, curves, vignette, text and figures are left out",
-        _ => "EXR holds linear light: exposure, curves, vignette, text and figures are left out",
+        Some(Target::Npy) => "NPY holds depth: exposure, curves, vignette and text and figures are left out",
+        Some(Target::Png) => {
+            "labels are no light: exposure, curves, vignette and text and figures are left out"
+        }
+        _ => "EXR holds linear light: exposure, curves, vignette and text and figures are left out",
     }
 }
 
