@@ -161,6 +161,7 @@ impl Trajectory {
             notes: Vec::new(),
             raised: 0.0,
             lacks_pitch: false,
+            shots: Vec::new(),
         }
     }
 
