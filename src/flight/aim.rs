@@ -69,8 +69,6 @@ pub(super) enum Aim {
     Nose,
     /// Along the nose, at a pitch of [`HIGHEST`] at most.
     Lowered,
-    /// Along a level way that changes over time, metres, at a pitch of [`HIGHEST`].
-    Along(Arc<Spline>),
     /// The heading of the nose, at a pitch of the view's own, degrees.
     Pitch(f64),
     /// Straight down, with the top of the picture where the nose points.
@@ -93,7 +91,6 @@ impl Aim {
         match self {
             Self::Nose => nose,
             Self::Lowered => lowered(nose),
-            Self::Along(way) => lowered(towards(way.position(seconds), nose.yaw)),
             Self::Pitch(pitch) => Attitude { pitch: *pitch, ..nose },
             Self::Down => Attitude { pitch: -90.0, roll: 0.0, ..nose },
             Self::Ahead(place) => lowered(looking_at(place.place_at(seconds), eye, nose)),

@@ -123,13 +123,17 @@ impl Steadied {
     /// Returns the places of an eye on a circle around `centre`, or around the flight; `heading` is the flight's at the beginning,
     /// where the eye is behind it, degrees.
     pub fn orbited(&self, orbit: Orbit, centre: Option<&dyn Subject>, heading: f64, pace: f64) -> Vec<DVec3> {
-        let around = |(time, place): (&f64, &DVec3)| {
-            let centre = centre.map_or(*place, |centre| centre.place_at(*time));
+        let length = orbit.radius.hypot(orbit.up);
+        let around = |((time, place), strays): ((&f64, &DVec3), &f64)| {
+            let (middle, farther) = match centre {
+                Some(centre) => (centre.place_at(*time), 1.0),
+                None => (*place, (IN_VIEW * strays / length).max(1.0)),
+            };
             let turns = (time - self.times[0]) / pace / orbit.period;
             let (sin, cos) = (heading + 180.0 + 360.0 * turns.fract()).to_radians().sin_cos();
-            centre + DVec3::new(orbit.radius * sin, orbit.radius * cos, orbit.up)
+            middle + farther * DVec3::new(orbit.radius * sin, orbit.radius * cos, orbit.up)
         };
-        self.times.iter().zip(&self.places).map(around).collect()
+        self.times.iter().zip(&self.places).zip(&self.strays).map(around).collect()
     }
 
     /// Mean speed over ground, metres a second.

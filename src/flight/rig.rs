@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 
-use super::aim::{Aim, FixedPlace, MovingPlace, PlaceAhead, Subject};
+use super::aim::{Aim, FixedPlace, MovingPlace, PlaceAhead, Subject, towards};
 use super::eye_path::{Steadied, Stretch};
 use super::ground;
 use super::shot::{Ease, Keys, Look, Mount, Shot, Zoom};
@@ -44,6 +44,8 @@ struct BoundShot {
 enum EyePath {
     /// The flight's own.
     Flight,
+    /// The flight's own, with a level nose along a way that changes over time, metres.
+    Steady(Spline),
     /// One that follows it; times as the flight's.
     Following(Spline),
     /// One of its own.
@@ -137,7 +139,7 @@ impl Rig {
 
     /// Whether the moment is seen from aboard what flies.
     pub fn is_aboard_at(&self, seconds: f64) -> bool {
-        matches!(self.shot_at(seconds).eye, EyePath::Flight)
+        matches!(self.shot_at(seconds).eye, EyePath::Flight | EyePath::Steady(_))
     }
 
     /// Lists what was done for the user, as sentences.
@@ -161,17 +163,20 @@ impl Rig {
         let steadied = || Steadied::of(&self.flight, stretch);
         let (followed, places) = match &shot.mount {
             Mount::Aboard => {
-                let aim = match looked {
-                    // A film that is so quick shows where the flight goes, not how it turns.
-                    Some(Aim::Lowered) if stretch.pace >= QUICK => {
-                        let followed = steadied();
-                        let ways =
-                            followed.ways(heading, stretch.pace).into_iter().map(|way| way.extend(0.0));
-                        Aim::Along(Arc::new(Spline::through(followed.times, ways.collect())))
-                    }
-                    looked => looked.unwrap_or(Aim::Nose),
+                // A film that is so quick shows where the flight goes, not how it turns.
+                let turns = match looked {
+                    Some(Aim::Lowered) => true,
+                    Some(Aim::Pitch(_) | Aim::Down) => self.flight.lacks_pitch(),
+                    _ => false,
                 };
-                return Ok(BoundShot { stretch, eye: EyePath::Flight, aim, zoom });
+                let eye = if turns && stretch.pace >= QUICK {
+                    let followed = steadied();
+                    let ways = followed.ways(heading, stretch.pace).into_iter().map(|way| way.extend(0.0));
+                    EyePath::Steady(Spline::through(followed.times, ways.collect()))
+                } else {
+                    EyePath::Flight
+                };
+                return Ok(BoundShot { stretch, eye, aim: looked.unwrap_or(Aim::Nose), zoom });
             }
             Mount::Keys(keys) => {
                 let keyed = KeyedPath::bind(keys, site, &mut self.notes)?;
@@ -227,6 +232,7 @@ impl BoundShot {
         let level = Attitude { roll: 0.0, ..aboard.attitude };
         let Pose { eye, attitude: nose, hfov } = match &self.eye {
             EyePath::Flight => aboard,
+            EyePath::Steady(way) => Pose { attitude: towards(way.position(seconds), level.yaw), ..aboard },
             EyePath::Following(path) => Pose { eye: path.position(seconds), attitude: level, ..aboard },
             EyePath::Keyed(keyed) => keyed.pose_at(seconds),
             EyePath::Still(pose) => *pose,

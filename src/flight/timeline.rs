@@ -119,6 +119,11 @@ impl Timeline {
         (seconds - self.from) / self.speed
     }
 
+    /// Moment of the flight at which the film ends, seconds after the first fix: an interval after its last frame.
+    pub fn end(&self) -> f64 {
+        self.from + self.speed * self.film_duration()
+    }
+
     /// Length of the film, seconds, to the end of its last frame.
     pub fn film_duration(&self) -> f64 {
         self.frame_count as f64 / self.fps.per_second()
@@ -159,7 +164,11 @@ impl FlightSpan {
         let clock = self.time_of_day.map(|first| {
             // Whole seconds that lie within it.
             let [begin, end] = [first.ceil(), (first + self.duration).floor()];
-            format!(", from {} to {} UTC", time_of_day(begin), time_of_day(end))
+            format!(
+                ", from {} to {} UTC; 14:05+02:00 is one of another clock",
+                time_of_day(begin),
+                time_of_day(end)
+            )
         });
         Err(Error::Configuration(format!(
             "{flag} lies outside the flight, which lasts {:.1} s{}",

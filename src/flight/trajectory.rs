@@ -203,6 +203,12 @@ impl Trajectory {
         self.spline.position(seconds)
     }
 
+    /// Returns the velocity at a time, seconds, clamped to the flight; `None` of a single place.
+    #[doc(hidden)]
+    pub fn velocity_at(&self, seconds: f64) -> Option<DVec3> {
+        (self.duration() > 0.0).then(|| self.spline.velocity(seconds.clamp(0.0, self.duration())))
+    }
+
     /// Times of its fixes, and of places between them that keep it above the ground, seconds after the start, increasing.
     pub fn times(&self) -> &[f64] {
         self.spline.times()

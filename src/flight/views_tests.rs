@@ -53,7 +53,8 @@ fn place_at(x: f64, y: f64, z: f64) -> Track {
         path: "--look-at".into(),
         format: "single eye",
         fixes: vec![fix],
-        time_of_day: None,
+        clock: None,
+        shots: Vec::new(),
         notes: Vec::new(),
     }
 }

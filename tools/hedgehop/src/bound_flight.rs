@@ -101,18 +101,9 @@ impl FilmMotion {
     /// Returns the velocity of the eye, metres per second: between half a frame before and half a frame after; `None` of an eye that has
     /// no flight.
     pub fn eye_velocity(&self, number: u64) -> Option<DVec3> {
-        let frame = self.timeline.seconds_at(number);
-        self.velocity(number, |seconds| self.rig.pose_in_frame(frame, seconds).eye)
-    }
-
-    /// Returns the velocity of what flies, metres per second, as [`Self::eye_velocity`].
-    pub fn flown_velocity(&self, number: u64) -> Option<DVec3> {
-        self.velocity(number, |seconds| self.flown.pose_at(seconds).eye)
-    }
-
-    fn velocity(&self, number: u64, place_at: impl Fn(f64) -> DVec3) -> Option<DVec3> {
         let (seconds, half) = (self.timeline.seconds_at(number), 0.5 * self.timeline.interval());
         let [from, to] = [seconds - half, seconds + half].map(|time| time.clamp(0.0, self.flown.duration()));
+        let place_at = |time: f64| self.rig.pose_in_frame(seconds, time).eye;
         (to > from).then(|| (place_at(to) - place_at(from)) / (to - from))
     }
 
@@ -337,7 +328,7 @@ fn shots(
         shots = flown.shots().to_vec();
     }
     if shots.is_empty() && flown.lacks_pitch() && setup.takes_hfov_from_path() {
-        observer.note("the path tells no pitch: the view is held low enough to show the ground; --look ahead follows the climb, --pitch has one of its own");
+        observer.note("the path tells no pitch: the view is held low enough to show the ground, and in films from 4x on level and steady; --look ahead follows nose and climb");
         shots.push(Shot { look: Some(Look::Lowered), ..Shot::default() });
     }
     if shots.iter().any(|shot| shot.zoom.is_some()) && !setup.takes_hfov_from_path() {

@@ -61,7 +61,7 @@ pub struct TitlingArgs {
     #[arg(long, value_enum, value_name = "UNITS")]
     pub units: Option<UnitsArg>,
 
-    /// Clock that is shown, as its offset from UTC: +2, -03:30 [default: 0]
+    /// Clock that is shown, in hours ahead of UTC: +2, -03:30; times of day in flags are UTC all the same, or 14:05+02:00 [default: 0]
     #[arg(long, value_name = "HOURS", value_parser = offset, allow_hyphen_values = true)]
     pub utc_offset: Option<f64>,
 
@@ -102,7 +102,7 @@ impl From<UnitsArg> for Units {
 
 fn overlay(names: &str) -> Result<Overlay, String> {
     match names {
-        "film" => Ok(Overlay::Style(OverlayStyle::Film)),
+        "film" | "all" => Ok(Overlay::Style(OverlayStyle::Film)),
         "pilot" => Ok(Overlay::Style(OverlayStyle::Pilot)),
         "none" => Ok(Overlay::Style(OverlayStyle::None)),
         names => Figures::of_names(names.split(',').map(str::trim)).map(Overlay::Some).map_err(|unknown| {
@@ -159,7 +159,8 @@ fn cue(given: &str) -> Option<Cue> {
 
 /// Hours, or hours and minutes, with a sign.
 fn offset(given: &str) -> Result<f64, String> {
-    let want = || "want hours before UTC or behind it, -14 to 14, such as +2, -5 or +05:30".to_owned();
+    let want =
+        || "want how many hours the clock is ahead of UTC, -14 to 14, such as +2, -5 or +05:30".to_owned();
     let (sign, digits) = match given.strip_prefix(['-', '−']) {
         Some(digits) => (-1.0, digits),
         None => (1.0, given.strip_prefix('+').unwrap_or(given)),
@@ -306,7 +307,7 @@ impl<'f> FilmTitles<'f> {
         let [from, to] = if titling.hud.map {
             [0.0, motion.flown.duration()]
         } else {
-            [timeline.seconds_at(1), timeline.seconds_at(timeline.frame_count())]
+            [timeline.seconds_at(1), timeline.end().min(motion.flown.duration())]
         };
         let has_track = titling.hud.map || titling.figures.map || titling.figures.profile;
         let mut track = Vec::new();
@@ -316,6 +317,11 @@ impl<'f> FilmTitles<'f> {
             let ground = if titling.figures.profile { world.ground(source, place.truncate())? } else { None };
             track.push(TrackPoint { seconds, place, ground });
         }
+
+        // A single place without a clock has no time to tell.
+        let mut titling = titling.clone();
+        titling.figures.clock &= motion.flown.duration() > 0.0 || motion.flown.span().time_of_day.is_some();
+        let titling = &titling;
 
         let length = FilmLength { frames: timeline.frame_count(), seconds: timeline.film_duration() };
         let titles = Titles::new(&TitleInputs {
@@ -352,10 +358,7 @@ impl<'f> FilmTitles<'f> {
             heading: pose.attitude.yaw,
             altitude: pose.eye.z,
             above_ground: ground.map(|ground| pose.eye.z - ground),
-            speed: self
-                .motion
-                .flown_velocity(number)
-                .map(|velocity| [velocity.truncate().length(), velocity.z]),
+            speed: flown.velocity_at(seconds).map(|velocity| [velocity.truncate().length(), velocity.z]),
             frame: number,
             film_seconds: timeline.film_seconds_at(number),
             seconds,
@@ -379,20 +382,33 @@ fn timed(captions: &[Caption], motion: &FilmMotion, observer: &dyn Observer) -> 
     let seconds_of = |cue: Cue| match cue {
         Cue::Film(seconds) => Ok(seconds),
         Cue::Flight(time) => {
-            let seconds = flown.span().seconds_of("the time of a caption", time, timeline.seconds_at(1))?;
-            Ok(timeline.film_seconds_of(seconds))
+            let span = flown.span();
+            if matches!(time, FlightTime::OfDay(_)) && span.time_of_day.is_none() {
+                return Err(Error::Configuration(
+                    "has a time of day, and the path file tells none; give its time in the film, such as 5s=TEXT".into(),
+                ));
+            }
+            // The first such moment of the film, or else of the flight.
+            let seconds =
+                [timeline.seconds_at(1), 0.0].map(|earliest| span.seconds_of("its time", time, earliest));
+            let [of_film, of_flight] = seconds;
+            Ok(timeline.film_seconds_of(of_film.or(of_flight)?))
         }
+    };
+    let of_caption = |text: &str, error: Error| match error {
+        Error::Configuration(what) => Error::Configuration(format!("the caption {text:?}: {what}")),
+        other => other,
     };
 
     let mut timed = Vec::with_capacity(captions.len());
     for Caption { from, to, text } in captions {
-        let from = seconds_of(*from)?;
-        let to = to.map_or(Ok(from + CAPTION_SECONDS), seconds_of)?;
+        let told = |cue: Cue| seconds_of(cue).map_err(|error| of_caption(text, error));
+        let from = told(*from)?;
+        let to = to.map_or(Ok(from + CAPTION_SECONDS), told)?;
         if to <= from {
             return Err(Error::Configuration(format!("the caption {text:?} ends before it begins")));
         }
-        let is_still = timeline.frame_count() == 1;
-        if !is_still && (from >= timeline.film_duration() || to <= 0.0) {
+        if from >= timeline.film_duration() || to <= 0.0 {
             observer.note(&format!(
                 "the caption {text:?} lies outside the film, which lasts {:.1} s",
                 timeline.film_duration()

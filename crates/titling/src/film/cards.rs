@@ -97,7 +97,7 @@ impl Card {
     pub fn layer(&self, page: &Page, free: f64) -> Option<Layer> {
         let middle = page.safe().corner + 0.5 * page.safe().size;
         let top = match self.place {
-            CardPlace::Title => middle.y - 0.12 * page.safe().size.y - 0.5 * self.extent.y,
+            CardPlace::Title => middle.y - 0.2 * page.safe().size.y - 0.5 * self.extent.y,
             CardPlace::Credits => middle.y + 0.12 * page.safe().size.y - 0.5 * self.extent.y,
             CardPlace::Caption => free - page.px(24.0) - self.extent.y,
         };

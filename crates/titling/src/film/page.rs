@@ -15,6 +15,9 @@ pub const PASSED: Ink = Ink::solid([255, 140, 0]);
 /// Colour of panels, behind what needs one.
 pub const PANEL: Ink = Ink { colour: [0, 0, 0], opacity: 0.35 };
 
+/// Power of a small picture's size by which figures are smaller: letters stay large enough to be read.
+const SMALLER: f64 = 0.8;
+
 /// Rectangle of a picture, pixels.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Area {
@@ -56,6 +59,7 @@ impl Page {
     pub fn new(size: Size, margin: f64) -> Self {
         let size = DVec2::new(f64::from(size.width), f64::from(size.height));
         let unit = (size.x / 1920.0).min(size.y / 1080.0).max(0.5 * size.max_element() / 1920.0);
+        let unit = if unit < 1.0 { unit.powf(SMALLER) } else { unit };
         Self { unit, safe: Area { corner: margin * size, size: (1.0 - 2.0 * margin) * size } }
     }
 
@@ -76,7 +80,7 @@ impl Page {
 
     /// Returns a size of letters that can still be read, pixels an em.
     pub fn letters(&self, units: f64) -> f32 {
-        const LEAST: f64 = 10.0;
+        const LEAST: f64 = 11.0;
         self.px(units).max(LEAST.min(0.05 * self.safe.size.y)) as f32
     }
 }

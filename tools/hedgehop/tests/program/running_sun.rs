@@ -137,7 +137,7 @@ fn suns_that_cannot_run_are_refused_with_the_remedy() {
         (format!("{silent} --sun track"), 2, ["silent.csv tells no time", "--sun TIME with --sun-runs"]),
         (format!("{silent} --scene track.toml"), 3, ["track.toml: line 2", "runs = true"]),
         ("--path undated.igc --sun track".into(), 2, ["not the date", "--sun-runs"]),
-        ("--eye 600500,5200500,200 --sun track".into(), 2, ["--eye tells no time", "--sun TIME"]),
+        ("--eye 600500,5200500,200 --sun track".into(), 2, ["--eye and --views tell no time", "--sun TIME"]),
         ("--path day.csv --sun 90,10 --sun-runs".into(), 2, ["--sun-runs needs a TIME", "angles"]),
         ("--path day.csv --sun track --sun-runs".into(), 2, ["--sun-runs needs a TIME", "track"]),
         ("--path day.csv --sun-runs".into(), 2, ["--sun", "required"]),

@@ -84,7 +84,7 @@ fn what_cannot_be_shown_is_refused_in_a_sentence() {
         ("--subtitle Low", 2, "--title"),
         ("--caption Text", 2, "want TIME=TEXT"),
         ("--caption 9s-5s=Text", 2, "not after its beginning"),
-        ("--caption 15:00=Late", 2, "the time of a caption lies outside the flight"),
+        ("--caption 15:00=Late", 2, "the caption \"Late\": its time lies outside the flight"),
         ("--utc-offset 15", 2, "-14 to 14"),
         ("--font no.ttf", 2, "give a --title"),
         ("--title A --units metric", 2, "--units is of figures"),
