@@ -43,6 +43,6 @@ pub use place::Anchor;
 #[doc(hidden)]
 pub use plume::{Plume, PlumeKind};
 #[doc(hidden)]
-pub use titling::{Caption, Cue, Figures, OverlayStyle, Titling, Units};
+pub use titling::{Caption, Cue, Figures, MOST_FONT_BYTES, OverlayStyle, Titling, Units};
 #[doc(hidden)]
 pub use trail::{Trail, TrailColour, TrailQuantity, TrailSource};

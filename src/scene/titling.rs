@@ -10,7 +10,8 @@ use toml::Spanned;
 use super::Hud;
 use crate::flight::FlightTime;
 use hedgehop_base::document::Reading;
-use hedgehop_base::error::{Error, Result};
+use hedgehop_base::error::Result;
+use hedgehop_base::read_whole_file;
 
 /// Longest text, characters.
 const LONGEST_TEXT: usize = 1000;
@@ -20,6 +21,9 @@ const MARGINS: RangeInclusive<f64> = 0.0..=0.25;
 
 /// Offsets from UTC that clocks of this world have, hours.
 const OFFSETS: RangeInclusive<f64> = -14.0..=14.0;
+
+/// Largest file of a font, bytes; fonts of all Chinese characters have some 20 million.
+pub const MOST_FONT_BYTES: u64 = 200_000_000;
 
 /// Latest moment of a caption, seconds.
 const LATEST: f64 = 1.0e7;
@@ -305,8 +309,8 @@ impl OverlayTable {
         let folder = reading.path.parent().unwrap_or("".as_ref());
         for font in self.fonts.into_iter().flatten() {
             let path = folder.join(font.get_ref());
-            let bytes = std::fs::read(&path)
-                .map_err(|source| reading.through(font.span(), "fonts", Error::io(&path, "read", source)))?;
+            let bytes = read_whole_file(&path, MOST_FONT_BYTES)
+                .map_err(|error| reading.through(font.span(), "fonts", error))?;
             hasher.update(&(bytes.len() as u64).to_le_bytes()).update(&bytes);
             titling.fonts.push(path);
         }

@@ -6,7 +6,9 @@ use std::path::Path;
 use rustybuzz::Face;
 use rustybuzz::ttf_parser::{GlyphId, OutlineBuilder};
 
+use hedgehop::scene::MOST_FONT_BYTES;
 use hedgehop_base::error::{Error, Result};
+use hedgehop_base::read_whole_file;
 
 /// Fonts of the program: Noto Sans for Latin, Greek and Cyrillic letters, DejaVu Sans for Hebrew, Arabic, Armenian, Georgian and other ones, and for
 /// symbols. Both may be passed on freely.
@@ -14,9 +16,6 @@ const OWN: [&[u8]; 2] = [
     include_bytes!("../../../data/fonts/NotoSans-Regular.ttf"),
     include_bytes!("../../../data/fonts/DejaVuSans.ttf"),
 ];
-
-/// Largest file of a font, bytes; fonts of all Chinese characters have some 20 million.
-const MOST_BYTES: u64 = 200_000_000;
 
 /// Files of fonts, the first of which has the letters' measures.
 #[derive(Debug)]
@@ -50,14 +49,7 @@ impl Fonts {
     pub fn read<'p>(paths: impl IntoIterator<Item = &'p Path>) -> Result<Self> {
         let mut files: Vec<Cow<'static, [u8]>> = OWN.iter().map(|file| Cow::Borrowed(*file)).collect();
         for path in paths {
-            let io = |source| Error::io(path, "read", source);
-            if std::fs::metadata(path).map_err(io)?.len() > MOST_BYTES {
-                return Err(Error::invalid(
-                    path,
-                    "is larger than any font; name a TrueType or OpenType file, .ttf or .otf",
-                ));
-            }
-            let bytes = std::fs::read(path).map_err(io)?;
+            let bytes = read_whole_file(path, MOST_FONT_BYTES)?;
             let is_font = Face::from_slice(&bytes, 0).is_some_and(|face| face.number_of_glyphs() > 1);
             if !is_font {
                 return Err(Error::invalid(
@@ -65,6 +57,7 @@ impl Fonts {
                     "is no font that can be read; name a TrueType or OpenType file, .ttf, .otf or .ttc",
                 ));
             }
+            check_tables(&bytes).map_err(|what| Error::invalid(path, what))?;
             files.push(Cow::Owned(bytes));
         }
         Ok(Self { files })
@@ -87,18 +80,30 @@ impl Fonts {
             let code = u32::from(letter);
             let Some((face, glyph)) = glyphs.first() else {
                 return Err(Error::Configuration(format!(
-                    "no font has the letter '{letter}' (U+{code:04X}) of {text:?}; name one that has it with --font FILE.ttf"
+                    "no font has the letter '{letter}' (U+{code:04X}) of {}; name one that has it with --font FILE.ttf",
+                    quoted(text)
                 )));
             };
             if face.outline_glyph(*glyph, &mut Strokes::default()).is_none()
                 && face.is_drawn_otherwise(*glyph)
             {
                 return Err(Error::Configuration(format!(
-                    "the font has '{letter}' (U+{code:04X}) of {text:?} as a picture, and only outlines are drawn; leave it out, or name another --font"
+                    "the font has '{letter}' (U+{code:04X}) of {} as a picture, and only outlines are drawn; leave it out, or name another --font",
+                    quoted(text)
                 )));
             }
         }
         Ok(())
+    }
+}
+
+/// Returns the beginning of a text between quotation marks, on one line.
+pub fn quoted(text: &str) -> String {
+    const SHOWN: usize = 40;
+    let line = text.replace('\n', " ");
+    match line.char_indices().nth(SHOWN) {
+        Some((end, _)) => format!("\"{}…\"", &line[..end]),
+        None => format!("\"{line}\""),
     }
 }
 
@@ -114,6 +119,48 @@ impl DrawnOtherwise for Face<'_> {
             || self.glyph_raster_image(glyph, u16::MAX).is_some()
             || self.glyph_svg_image(glyph).is_some()
     }
+}
+
+/// Checks that a font's tables lie in its file and have the checksums that its directory tells (OpenType 1.9, Organization of an OpenType
+/// Font).
+///
+/// # Errors
+/// A clause that names the table.
+fn check_tables(bytes: &[u8]) -> std::result::Result<(), String> {
+    let word = |at: usize| {
+        bytes.get(at..at + 4).map(|word| u32::from_be_bytes([word[0], word[1], word[2], word[3]]))
+    };
+    let damaged = || "its directory of tables is damaged; take another copy of the font".to_owned();
+    // Of a collection the first font serves.
+    let start = if bytes.starts_with(b"ttcf") { word(12).ok_or_else(damaged)? as usize } else { 0 };
+    let count = word(start + 4).ok_or_else(damaged)? >> 16;
+
+    for record in (0..count as usize).map(|index| start + 12 + 16 * index) {
+        let fields = [word(record + 4), word(record + 8), word(record + 12)];
+        let [Some(told), Some(offset), Some(length)] = fields else { return Err(damaged()) };
+        let tag = String::from_utf8_lossy(&bytes[record..record + 4]).into_owned();
+        let (offset, length) = (offset as usize, length as usize);
+        let Some(table) = bytes.get(offset..offset.saturating_add(length)) else {
+            return Err(format!(
+                "its table {tag:?} reaches beyond the end of the file; take another copy of the font"
+            ));
+        };
+
+        let mut sum = 0_u32;
+        for chunk in table.chunks(4) {
+            let mut word = [0; 4];
+            word[..chunk.len()].copy_from_slice(chunk);
+            sum = sum.wrapping_add(u32::from_be_bytes(word));
+        }
+        // The table `head` holds a sum over the file, which its own leaves out.
+        let adjustment = if tag == "head" { word(offset + 8).unwrap_or_default() } else { 0 };
+        if sum.wrapping_sub(adjustment) != told {
+            return Err(format!(
+                "its table {tag:?} is damaged: the checksum differs; take another copy of the font"
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// Whether a letter is to be seen: neither space nor what only steers how others are set.
@@ -157,6 +204,19 @@ mod tests {
             let said = Fonts::read([path.as_path()]).unwrap_err().to_string();
             assert!(said.contains("no font that can be read"), "{said}");
         }
+        // A wrong byte anywhere, and a missing end.
+        for at in [13_000, 200_000, 400_000] {
+            let mut bytes = OWN[0].to_vec();
+            bytes[at] ^= 0x55;
+            std::fs::write(&path, &bytes).unwrap();
+            let said = Fonts::read([path.as_path()]).unwrap_err().to_string();
+            assert!(said.contains("is damaged"), "{said}");
+        }
+        std::fs::write(&path, &OWN[1][..700_000]).unwrap();
+        assert!(Fonts::read([path.as_path()]).unwrap_err().to_string().contains("beyond the end"));
+        std::fs::write(&path, OWN[1]).unwrap();
+        assert!(Fonts::read([path.as_path()]).is_ok());
+        assert!(Fonts::read([folder.path()]).unwrap_err().to_string().contains("is a folder"));
         assert!(Fonts::read([Path::new("/nowhere/x.ttf")]).unwrap_err().to_string().contains("cannot read"));
     }
 }

@@ -20,7 +20,7 @@ mod text;
 mod titles;
 mod track_point;
 
-pub use fonts::Fonts;
+pub use fonts::{Fonts, quoted};
 pub use readings::Readings;
 pub use titles::{FilmLength, TimedCaption, TitleInputs, Titles};
 pub use track_point::TrackPoint;

@@ -30,19 +30,37 @@ pub struct Window {
     pub origin: DVec2,
     /// Sides.
     pub extent: DVec2,
+    /// Whether it repeats without end.
+    pub is_endless: bool,
 }
 
 impl Window {
     /// Returns all of a database's area.
     pub fn whole(source: &dyn PageSource) -> Self {
         let grid = &source.header().grid;
-        Self { origin: grid.origin, extent: grid.far_corner() - grid.origin }
+        Self { origin: grid.origin, extent: grid.far_corner() - grid.origin, is_endless: false }
     }
 
-    /// Returns where a place lies in it: 0…1 from west to east, and from north to south; the nearest such, if it lies beside it.
+    /// Returns where a place lies in it: 0…1 from west to east, and from north to south; the nearest such, if it lies beside it, or that of the copy which it lies in.
     pub fn share(&self, place: DVec2) -> DVec2 {
-        let share = ((place - self.origin) / self.extent).clamp(DVec2::ZERO, DVec2::ONE);
+        let share = (place - self.origin) / self.extent;
+        let share =
+            if self.is_endless { share - share.floor() } else { share.clamp(DVec2::ZERO, DVec2::ONE) };
         DVec2::new(share.x, 1.0 - share.y)
+    }
+
+    /// Returns a line through places as parts that do not cross the window's border, by their shares.
+    pub fn parts(&self, places: impl IntoIterator<Item = DVec2>) -> Vec<Vec<DVec2>> {
+        let mut parts: Vec<Vec<DVec2>> = vec![Vec::new()];
+        for share in places.into_iter().map(|place| self.share(place)) {
+            let last = parts.last().and_then(|part| part.last());
+            let jumps = last.is_some_and(|last: &DVec2| (*last - share).abs().max_element() > 0.5);
+            if jumps && self.is_endless {
+                parts.push(Vec::new());
+            }
+            parts.last_mut().expect("a part").push(share);
+        }
+        parts
     }
 }
 

@@ -15,7 +15,7 @@ use unicode_bidi::{BidiInfo, ParagraphInfo};
 use unicode_script::{Script, UnicodeScript};
 
 /// Height of a line, in sizes of the letters.
-const LEADING: f32 = 1.3;
+pub const LEADING: f32 = 1.3;
 
 /// Place of lines that are shorter than the longest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,12 +35,14 @@ pub struct TextStyle {
     pub align: Align,
     /// Greatest width of a line, pixels.
     pub width: f32,
+    /// Most lines; behind them the text is cut off with an ellipsis.
+    pub most_lines: usize,
 }
 
 impl TextStyle {
     /// One line at the left, however long.
     pub fn line(size: f32) -> Self {
-        Self { size, align: Align::Left, width: f32::INFINITY }
+        Self { size, align: Align::Left, width: f32::INFINITY, most_lines: usize::MAX }
     }
 }
 
@@ -118,8 +120,12 @@ impl<'f> Typesetter<'f> {
         let mut builder = PathBuilder::new();
         let mut lines: Vec<(Option<Path>, f32)> = Vec::new();
         let bidi = BidiInfo::new(text, None);
-        for paragraph in &bidi.paragraphs {
+        'text: for paragraph in &bidi.paragraphs {
             for line in self.lines(&bidi, paragraph, style) {
+                if lines.len() == style.most_lines {
+                    self.cut(&mut lines, style.size);
+                    break 'text;
+                }
                 let width = self.line(&bidi, paragraph, line, style.size, &mut builder);
                 lines.push((std::mem::take(&mut builder).finish(), width));
             }
@@ -142,6 +148,19 @@ impl<'f> Typesetter<'f> {
         TextBlock { extent: [widest, tall * lines.len() as f32], size: style.size, outline: builder.finish() }
     }
 
+    /// Ends the last line with an ellipsis.
+    fn cut(&self, lines: &mut [(Option<Path>, f32)], size: f32) {
+        let Some((outline, width)) = lines.last_mut() else { return };
+        let ellipsis = self.set("…", &TextStyle::line(size));
+        let mut builder = PathBuilder::new();
+        let moved = ellipsis.outline.and_then(|path| path.transform(Transform::from_translate(*width, 0.0)));
+        for path in [outline.take(), moved].into_iter().flatten() {
+            builder.push_path(&path);
+        }
+        *outline = builder.finish();
+        *width += ellipsis.extent[0];
+    }
+
     /// Returns the width of a line, pixels.
     pub fn width(&self, text: &str, size: f32) -> f32 {
         self.set(text, &TextStyle::line(size)).extent[0]
@@ -162,6 +181,16 @@ impl<'f> Typesetter<'f> {
             if fits > start && width_of(start..at) > style.width {
                 lines.push(start..fits);
                 start = fits;
+            }
+
+            // A word that is wider than a line is broken between any two letters.
+            while width_of(start..at) > style.width {
+                let ends = text[start - first..at - first].char_indices().skip(1).map(|(end, _)| start + end);
+                let ends: Vec<usize> = ends.collect();
+                let room = ends.partition_point(|end| width_of(start..*end) <= style.width);
+                let Some(end) = ends.get(room.max(1) - 1) else { break };
+                lines.push(start..*end);
+                start = *end;
             }
             fits = at;
         }
@@ -274,7 +303,7 @@ mod tests {
     /// Sets a text 40 pixels an em.
     fn set(text: &str, width: f32) -> TextBlock {
         let fonts = Fonts::read([]).unwrap();
-        Typesetter::new(fonts.faces()).set(text, &TextStyle { size: 40.0, align: Align::Left, width })
+        Typesetter::new(fonts.faces()).set(text, &TextStyle { width, ..TextStyle::line(40.0) })
     }
 
     #[test]
@@ -293,8 +322,10 @@ mod tests {
             let broken = set(text, width);
             assert!(broken.extent[0] <= width && broken.extent[1] > whole.extent[1], "{width}");
         }
-        // A word that is longer than a line stays whole; so does an empty line.
-        assert!(set("Donaudampfschifffahrt", 50.0).extent[0] > 300.0);
+        // A word that is longer than a line is broken, and each letter has a line where there is room for none.
+        let word = set("Donaudampfschifffahrt", 150.0);
+        assert!(word.extent[0] <= 150.0 && word.extent[1] > 2.0 * LEADING * 40.0, "{:?}", word.extent);
+        assert_eq!(set("abc", 1.0).extent[1], 3.0 * LEADING * 40.0);
         assert_eq!(set("a\n\nb", 1e6).extent[1], 3.0 * LEADING * 40.0);
     }
 

@@ -92,14 +92,15 @@ impl Titles {
         let page = Page::new(size, titling.margin);
         let mini_map = if titling.hud.map {
             let path: Vec<DVec2> = track.iter().map(|point| point.place.truncate()).collect();
-            Some(MiniMap::new(source, &path)?)
+            Some(MiniMap::new(source, &path, is_endless)?)
         } else {
             None
         };
 
         let has_figures = titling.figures != Figures::default();
         let figures = if has_figures {
-            let window = if is_endless { Window::whole(source) } else { around(track, source) };
+            let whole = Window { is_endless, ..Window::whole(source) };
+            let window = if is_endless { whole } else { around(track, source) };
             let relief = titling.figures.map.then(|| Relief::new(source, window)).transpose()?;
             let subject = FilmSubject { track: track.to_vec(), relief };
             Some(FilmFigures::new(titling.figures, titling.units, titling.utc_offset, page, subject, &fonts))
@@ -189,5 +190,5 @@ fn around(track: &[TrackPoint], source: &dyn PageSource) -> Window {
     let far = whole.origin + whole.extent;
     let extent = DVec2::splat(side).min(whole.extent);
     let origin = (middle - 0.5 * extent).clamp(whole.origin, far - extent);
-    Window { origin, extent }
+    Window { origin, extent, is_endless: false }
 }

@@ -49,7 +49,7 @@ pub enum LampLayout {
     /// One by one.
     Lamps(Vec<Lamp>),
     /// The same one again and again, from the anchor to another place, so many metres apart; a flash, if it has one, runs along in so many seconds.
-    String(Lamp, Track, f64, Option<f64>),
+    String(Lamp, Box<Track>, f64, Option<f64>),
 }
 
 /// A lamp of a light.

@@ -265,7 +265,7 @@ impl LightEntry<'_, '_> {
                     fixture: self.fixture()?.into(),
                     rhythm: self.rhythm()?,
                 };
-                return Ok(LampLayout::String(lamp, to, spacing, running));
+                return Ok(LampLayout::String(lamp, Box::new(to), spacing, running));
             }
             LightKind::Runway => kinds::runway(
                 metres("length_m", &table.length_m, None, 100.0)?,

@@ -19,7 +19,7 @@ use hedgehop::scene::{Caption, Cue, Figures, Hud, OverlayStyle, Scene, Titling, 
 use hedgehop::space::Camera;
 use hedgehop::voxel::PageSource;
 use hedgehop::{Error, Result, Size};
-use hedgehop_titling::{FilmLength, Readings, TimedCaption, TitleInputs, Titles, TrackPoint};
+use hedgehop_titling::{FilmLength, Readings, TimedCaption, TitleInputs, Titles, TrackPoint, quoted};
 
 /// Seconds of the film that a caption without an end is shown.
 const CAPTION_SECONDS: f64 = 4.0;
@@ -50,7 +50,7 @@ pub struct TitlingArgs {
 
     /// Caption from a moment on, for four seconds, or until another moment: 5s=TEXT and 1m5s-1m9s=TEXT by the film's own time, 14:05:30=TEXT by the clock of the
     /// path file, UTC; any number of times
-    #[arg(long, value_name = "TIME=TEXT", value_parser = caption)]
+    #[arg(long, value_name = "TIME=TEXT", value_parser = caption, allow_hyphen_values = true)]
     pub caption: Vec<Caption>,
 
     /// Font for letters that the program's own ones have not (those have Latin, Greek, Cyrillic, Hebrew, Arabic, Armenian and Georgian ones): a TrueType or OpenType file; any number of times
@@ -299,7 +299,11 @@ impl<'f> FilmTitles<'f> {
     ) -> Result<Self> {
         let timeline = &motion.timeline;
         let captions = timed(&titling.captions, motion, observer)?;
-        if titling.utc_offset != 0.0 && titling.figures.clock && motion.flown.span().time_of_day.is_none() {
+        if titling.utc_offset != 0.0
+            && titling.figures.clock
+            && motion.flown.span().time_of_day.is_none()
+            && motion.flown.duration() > 0.0
+        {
             observer.note("the path file tells no time of day; the time since its first fix is shown");
         }
 
@@ -396,25 +400,33 @@ fn timed(captions: &[Caption], motion: &FilmMotion, observer: &dyn Observer) -> 
         }
     };
     let of_caption = |text: &str, error: Error| match error {
-        Error::Configuration(what) => Error::Configuration(format!("the caption {text:?}: {what}")),
+        Error::Configuration(what) => Error::Configuration(format!("the caption {}: {what}", quoted(text))),
         other => other,
     };
 
-    let mut timed = Vec::with_capacity(captions.len());
+    let (mut timed, mut outside) = (Vec::with_capacity(captions.len()), Vec::new());
     for Caption { from, to, text } in captions {
         let told = |cue: Cue| seconds_of(cue).map_err(|error| of_caption(text, error));
         let from = told(*from)?;
         let to = to.map_or(Ok(from + CAPTION_SECONDS), told)?;
         if to <= from {
-            return Err(Error::Configuration(format!("the caption {text:?} ends before it begins")));
+            return Err(Error::Configuration(format!("the caption {} ends before it begins", quoted(text))));
         }
         if from >= timeline.film_duration() || to <= 0.0 {
-            observer.note(&format!(
-                "the caption {text:?} lies outside the film, which lasts {:.1} s",
-                timeline.film_duration()
-            ));
+            outside.push(text.as_str());
         }
         timed.push(TimedCaption { from, to, text: text.clone() });
+    }
+
+    if let Some(first) = outside.first() {
+        let others = match outside.len() - 1 {
+            0 => String::new(),
+            1 => " and another one".to_owned(),
+            more => format!(" and {more} others"),
+        };
+        let (caption, lasts) = (quoted(first), timeline.film_duration());
+        observer
+            .note(&format!("the caption {caption}{others} will not be seen: the film lasts {lasts:.1} s"));
     }
 
     timed.sort_by(|a, b| a.from.total_cmp(&b.from));

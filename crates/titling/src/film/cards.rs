@@ -5,13 +5,16 @@ use glam::DVec2;
 use super::page::{Page, WHITE};
 use crate::fonts::Fonts;
 use crate::layer::Layer;
-use crate::text::{Align, TextBlock, TextStyle, Typesetter};
+use crate::text::{Align, LEADING, TextBlock, TextStyle, Typesetter};
 
 /// Seconds in which a card comes or goes.
 const FADE: f64 = 0.5;
 
 /// Size of letters from which on their halo grows no more, units.
 const FULL_HALO: f64 = 44.0;
+
+/// Share of their size that letters keep where a text has no room.
+const LEAST_SIZE: f64 = 0.5;
 
 /// Place of a card on the picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -63,7 +66,12 @@ impl Card {
         let set = |shrunk: f64| {
             let block = |CardText { text, units }: &CardText<'_>| {
                 let size = page.letters(units * shrunk);
-                balanced(&typesetter, text, &TextStyle { size, align: Align::Middle, width: room.x as f32 })
+                let lines = (room.y / texts.len() as f64 / f64::from(LEADING * size)) as usize;
+                let style =
+                    TextStyle { size, align: Align::Middle, width: room.x as f32, most_lines: usize::MAX };
+                // Smaller letters come first, then an end.
+                let most_lines = if shrunk > LEAST_SIZE { usize::MAX } else { lines.max(1) };
+                balanced(&typesetter, text, &TextStyle { most_lines, ..style })
             };
             let blocks: Vec<TextBlock> = texts.iter().map(block).collect();
             let width = blocks.iter().map(|block| f64::from(block.extent[0])).fold(0.0, f64::max);
@@ -73,8 +81,8 @@ impl Card {
 
         let mut shrunk = 1.0;
         let (mut blocks, mut extent) = set(shrunk);
-        while extent.cmpgt(room).any() && shrunk > 0.3 {
-            shrunk *= 0.9;
+        while extent.cmpgt(room).any() && shrunk > LEAST_SIZE {
+            shrunk = (0.9 * shrunk).max(LEAST_SIZE);
             (blocks, extent) = set(shrunk);
         }
         Self { place, shown, blocks, extent }
@@ -98,7 +106,7 @@ impl Card {
         let middle = page.safe().corner + 0.5 * page.safe().size;
         let top = match self.place {
             CardPlace::Title => middle.y - 0.2 * page.safe().size.y - 0.5 * self.extent.y,
-            CardPlace::Credits => middle.y + 0.12 * page.safe().size.y - 0.5 * self.extent.y,
+            CardPlace::Credits => middle.y + 0.02 * page.safe().size.y - 0.5 * self.extent.y,
             CardPlace::Caption => free - page.px(24.0) - self.extent.y,
         };
         let corner = DVec2::new(middle.x - 0.5 * self.extent.x, top);

@@ -51,10 +51,12 @@ impl InsetMap {
             let share = (place - corner) / size;
             (share.cmpge(DVec2::ZERO) & share.cmple(DVec2::ONE)).all().then(|| relief.between(share))
         });
-        let place = |point: &TrackPoint| corner + relief.window.share(point.place.truncate()) * size;
-        if let Some(path) = polyline(track.iter().map(place)) {
-            layer.stroke(&path, line + page.px(2.0), Ink::solid([0; 3]).faint(0.35));
-            layer.stroke(&path, line, AHEAD.faint(0.9));
+        let ways = relief.window.parts(track.iter().map(|point| point.place.truncate()));
+        for way in ways {
+            if let Some(path) = polyline(way.iter().map(|share| corner + *share * size)) {
+                layer.stroke(&path, line + page.px(2.0), Ink::solid([0; 3]).faint(0.35));
+                layer.stroke(&path, line, AHEAD.faint(0.9));
+            }
         }
         if let Some(border) = rectangle(corner, size) {
             layer.stroke(&border, 2.0 * page.px(2.0).max(1.0), WHITE.faint(0.8));
@@ -79,9 +81,10 @@ impl InsetMap {
         let place = |at: DVec2| self.map.corner + self.window.share(at) * self.map.size;
         let own = place(readings.place);
         let (before, _) = passed(&self.track, readings.seconds);
-        let flown = before.iter().map(|point| place(point.place.truncate())).chain([own]);
-        if let Some(path) = polyline(flown) {
-            layer.stroke(&path, self.line, PASSED);
+        let flown = before.iter().map(|point| point.place.truncate()).chain([readings.place]);
+        for way in self.window.parts(flown) {
+            let path = polyline(way.iter().map(|share| self.map.corner + *share * self.map.size));
+            path.iter().for_each(|path| layer.stroke(path, self.line, PASSED));
         }
 
         let (sine, cosine) = readings.heading.to_radians().sin_cos();

@@ -75,7 +75,10 @@ impl Profile {
         let inside = page.px(8.0);
         still.text(&top, area.corner + DVec2::new(inside, 0.0), WHITE);
         let right = area.far().x - inside - f64::from(length.extent[0]);
-        still.text(&length, DVec2::new(right, area.corner.y), WHITE);
+        // On a narrow chart the length makes way.
+        if right > area.corner.x + 2.0 * inside + f64::from(top.extent[0]) {
+            still.text(&length, DVec2::new(right, area.corner.y), WHITE);
+        }
         Some(Self { area, track: track.to_vec(), line, still, width })
     }
 

@@ -18,13 +18,13 @@ pub struct MiniMap {
 }
 
 impl MiniMap {
-    /// Draws the map of a database, with a path of places in its reference system, metres.
+    /// Draws the map of a database, with a path of places in its reference system, metres; of one that repeats without end the path may leave it.
     ///
     /// # Errors
     /// A page that is damaged.
-    pub fn new(source: &dyn PageSource, path: &[DVec2]) -> Result<Self> {
+    pub fn new(source: &dyn PageSource, path: &[DVec2], is_endless: bool) -> Result<Self> {
         let every = path.len().div_ceil(MOST_PLACES).max(1);
-        let relief = Relief::new(source, Window::whole(source))?;
+        let relief = Relief::new(source, Window { is_endless, ..Window::whole(source) })?;
         Ok(Self { relief, path: path.iter().copied().step_by(every).collect() })
     }
 
@@ -52,8 +52,10 @@ impl MiniMap {
 
         let place = |at: DVec2| first + self.relief.window.share(at) * size;
         let path = Ink { colour: [235, 60, 40], halo: 0.0 };
-        for pair in self.path.windows(2) {
-            canvas.line([place(pair[0]), place(pair[1])], path);
+        for way in self.relief.window.parts(self.path.iter().copied()) {
+            for pair in way.windows(2) {
+                canvas.line([first + pair[0] * size, first + pair[1] * size], path);
+            }
         }
 
         let (sine, cosine) = heading.to_radians().sin_cos();

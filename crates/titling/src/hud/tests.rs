@@ -121,7 +121,7 @@ fn the_map_shows_relief_path_and_place() {
     let heights: Vec<f64> = (0..128 * 64).map(|post| f64::from(post % 128) * 4.0).collect();
     let source = build_in_memory(grid, &heights, &[[0; 3]; 128 * 64], None, &Metadata::default()).unwrap();
     let path = [DVec2::new(100.0, 320.0), DVec2::new(1200.0, 320.0)];
-    let map = MiniMap::new(&source, &path).unwrap();
+    let map = MiniMap::new(&source, &path, false).unwrap();
     assert_eq!(map.relief.size, [256, 128]);
 
     // Higher ground is brighter.
