@@ -6,6 +6,7 @@ mod filming;
 mod flags;
 mod notes;
 mod replacing;
+mod settings;
 
 pub use film_args::FilmArgs;
 pub use flags::RenderArgs;
@@ -14,13 +15,12 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use serde_json::{Value, json};
-
 use crate::aov::{AovInputs, AovKind};
 use crate::area;
 use crate::bound_flight::{BoundFlight, FilmMotion, FilmRequest};
 use crate::commands::render::filming::fly_film;
 use crate::commands::render::flags::WORKERS_PER_ENCODER;
+use crate::commands::render::settings::settings;
 use crate::exit::{self, Outcome, STDOUT};
 use crate::finish::{self, Finishing};
 use crate::interrupt::Interrupt;
@@ -412,42 +412,6 @@ fn deliver(
     files.write_palette()?;
     let (rendered, fineness) = fly_files(args, sequence, &files, is_listed, cameras, reporter)?;
     Ok(Delivered { files: paths, rendered, fineness })
-}
-
-/// Everything that decides the pictures besides database and path.
-fn settings(args: &RenderArgs, scene: Option<&Scene>, setup: &Setup, options: &RenderOptions) -> Value {
-    let (flight, look) = (&args.flight, &args.look);
-    let mut settings = json!({
-        "renderer": WRITER,
-        "fps": args.fps.to_string(),
-        "size_px": [setup.size.width, setup.size.height],
-        "screen": setup.record(),
-        "level": flight.level,
-        "clearance_m": flight.clearance,
-        "alt_mode": flight.alt_mode.map(|mode| format!("{mode:?}").to_lowercase()),
-        "surface": format!("{:?}", look.surface).to_lowercase(),
-        "visibility_m": options.visibility,
-        "sun_azimuth_elevation_deg": [options.sun.azimuth, options.sun.elevation],
-        "shadows": options.shadows,
-        "detail": options.detail,
-        "effective_earth_radius_m": options.curvature.radius(),
-        "tile_world": options.tile_world,
-
-        "engine": format!("{:?}", options.engine).to_lowercase(),
-    });
-
-    flight.camera.record(&mut settings);
-    flight.views.record(&mut settings);
-    flight.smoothing.record(&mut settings);
-    flight.playback.record(&mut settings);
-    args.trust.record(&mut settings);
-    args.late.record(&mut settings);
-    args.trails.record(&mut settings);
-    args.labels.record(&mut settings);
-    scene::record(scene, &mut settings);
-    scene::record_weather(&options.weather, &mut settings);
-
-    settings
 }
 
 /// Renders frames into files, and lists them unless `is_listed` is false. Returns how many were rendered, and how finely.
