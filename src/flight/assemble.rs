@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::csv::{CameraRow, TimedRow, shots};
+use super::camera_row::{CameraRow, TimedRow};
 use super::parts;
 use super::track::{Fix, Horizontal, Track};
 use crate::flight::raw::{CLOCK, COORDINATE_LIMIT, DURATION_LIMIT, PathSource, RawFix, Reading};
@@ -23,7 +23,7 @@ pub(super) fn assemble(source: &PathSource<'_>, mut reading: Reading) -> Result<
     let mut kept: Vec<Fix> = Vec::with_capacity(fixes.len());
     let mut last = first;
     let mut repeated = 0_usize;
-    let rows: BTreeMap<u64, &CameraRow> = reading.cameras.iter().map(|row| (row.line(), row)).collect();
+    let rows: BTreeMap<u64, &CameraRow> = reading.cameras.iter().map(|row| (row.line, row)).collect();
     let mut cameras = Vec::new();
 
     for raw in fixes {
@@ -61,8 +61,7 @@ pub(super) fn assemble(source: &PathSource<'_>, mut reading: Reading) -> Result<
     }
 
     let clock = reading.epoch.map(|epoch| epoch.clock_at(first.fix.time));
-    let shots = shots(source, &cameras);
-    Ok(Track { path: source.path.to_owned(), format, fixes: kept, clock, notes, shots })
+    Ok(Track { path: source.path.to_owned(), format, fixes: kept, clock, notes, cameras })
 }
 
 /// Some latitude is none, and all longitudes could be latitudes.

@@ -11,6 +11,8 @@ mod aim;
 mod angles;
 mod assemble;
 mod banded;
+mod camera_row;
+mod camera_shots;
 mod csv;
 mod extrapolation;
 mod eye_path;

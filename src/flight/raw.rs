@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::csv::CameraRow;
+use super::camera_row::CameraRow;
 use super::track::{Altitude, Fix, Horizontal, ReadOptions, TrackClock};
 use hedgehop_base::error::Error;
 

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::shot::Shot;
+use super::camera_row::TimedRow;
 
 /// Horizontal position.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -68,8 +68,8 @@ pub struct Track {
     pub clock: Option<TrackClock>,
     /// Assumptions made and data dropped, as sentences.
     pub notes: Vec<String>,
-    /// Cameras that the file asks for, by their beginnings.
-    pub shots: Vec<Shot>,
+    /// Rows of the file's columns of cameras, if it has some.
+    pub cameras: Vec<TimedRow>,
 }
 
 /// Clock of a path file at its first fix.

@@ -15,6 +15,7 @@
 use glam::{DVec2, DVec3};
 
 use super::angles::{Orientations, Samples};
+use super::camera_shots::shots;
 use super::ground;
 use super::motion::Motion;
 use super::raw::{CLOCK, COORDINATE_LIMIT};
@@ -145,7 +146,7 @@ impl Trajectory {
             notes,
             raised,
             lacks_pitch,
-            shots: track.shots.clone(),
+            shots: shots(&track.path, &track.cameras),
         })
     }
 

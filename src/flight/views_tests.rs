@@ -54,7 +54,7 @@ fn place_at(x: f64, y: f64, z: f64) -> Track {
         format: "single eye",
         fixes: vec![fix],
         clock: None,
-        shots: Vec::new(),
+        cameras: Vec::new(),
         notes: Vec::new(),
     }
 }

@@ -118,7 +118,7 @@ impl Place<'_> {
             fixes: vec![fix],
             clock: None,
             notes: Vec::new(),
-            shots: Vec::new(),
+            cameras: Vec::new(),
         })
     }
 }

@@ -17,6 +17,7 @@ mod film;
 mod observatory;
 mod rows;
 mod sample;
+mod setting;
 mod shade;
 mod stars;
 mod sun;
@@ -37,10 +38,11 @@ pub use film::{FilmSun, RunningSky};
 pub use observatory::Observatory;
 #[doc(hidden)]
 pub use sample::ShadeSampler;
+pub use setting::SunSetting;
 #[doc(hidden)]
 pub use shade::{SHADE_APRON, Shade, ShadePage, Shades};
 #[doc(hidden)]
 pub use stars::{Firmament, Star, starlight_through, stars};
 #[doc(hidden)]
 pub use sun::{Night, seen_through};
-pub use sun::{Sky, Sun, SunSetting};
+pub use sun::{Sky, Sun};

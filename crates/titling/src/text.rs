@@ -62,6 +62,13 @@ pub struct Typesetter<'f> {
     faces: Vec<Face<'f>>,
 }
 
+/// A line that is set, its upper left corner at 0,0.
+struct SetLine {
+    outline: Option<Path>,
+    /// Width, pixels.
+    width: f32,
+}
+
 /// Part of a line of one font, script and direction.
 struct Run {
     range: Range<usize>,
@@ -118,7 +125,7 @@ impl<'f> Typesetter<'f> {
     /// Sets a text; line ends in it begin new lines.
     pub fn set(&self, text: &str, style: &TextStyle) -> TextBlock {
         let mut builder = PathBuilder::new();
-        let mut lines: Vec<(Option<Path>, f32)> = Vec::new();
+        let mut lines: Vec<SetLine> = Vec::new();
         let bidi = BidiInfo::new(text, None);
         'text: for paragraph in &bidi.paragraphs {
             for line in self.lines(&bidi, paragraph, style) {
@@ -127,13 +134,13 @@ impl<'f> Typesetter<'f> {
                     break 'text;
                 }
                 let width = self.line(&bidi, paragraph, line, style.size, &mut builder);
-                lines.push((std::mem::take(&mut builder).finish(), width));
+                lines.push(SetLine { outline: std::mem::take(&mut builder).finish(), width });
             }
         }
 
-        let widest = lines.iter().map(|(_, width)| *width).fold(0.0, f32::max);
+        let widest = lines.iter().map(|line| line.width).fold(0.0, f32::max);
         let tall = LEADING * style.size;
-        for (index, (outline, width)) in lines.iter().enumerate() {
+        for (index, SetLine { outline, width }) in lines.iter().enumerate() {
             let across = match style.align {
                 Align::Left => 0.0,
                 Align::Middle => 0.5 * (widest - width),
@@ -149,8 +156,8 @@ impl<'f> Typesetter<'f> {
     }
 
     /// Ends the last line with an ellipsis.
-    fn cut(&self, lines: &mut [(Option<Path>, f32)], size: f32) {
-        let Some((outline, width)) = lines.last_mut() else { return };
+    fn cut(&self, lines: &mut [SetLine], size: f32) {
+        let Some(SetLine { outline, width }) = lines.last_mut() else { return };
         let ellipsis = self.set("…", &TextStyle::line(size));
         let mut builder = PathBuilder::new();
         let moved = ellipsis.outline.and_then(|path| path.transform(Transform::from_translate(*width, 0.0)));

@@ -143,6 +143,7 @@ fn cards(
     let is_still = length.frames == 1 || length.seconds < 1.0;
     let shown = SHOWN.min(SHARE * length.seconds);
     let mut cards = Vec::new();
+
     let title: Vec<CardText<'_>> = [(&titling.title, TITLE), (&titling.subtitle, SUBTITLE)]
         .into_iter()
         .filter_map(|(text, size)| Some(CardText { text: text.as_deref()?, units: size }))
@@ -151,6 +152,7 @@ fn cards(
         let to = if is_still { f64::INFINITY } else { shown };
         cards.push(Card::new(CardPlace::Title, [0.0, to], &title, page, fonts));
     }
+
     if let Some(credits) = &titling.credits {
         let from = if is_still { 0.0 } else { length.seconds - shown };
         cards.push(Card::new(

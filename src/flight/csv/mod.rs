@@ -10,7 +10,6 @@ mod samples;
 use csv::{ReaderBuilder, StringRecord, Trim};
 
 use self::camera::CameraColumns;
-pub(super) use self::camera::{CameraRow, TimedRow, shots};
 use self::columns::{CsvColumn, CsvColumns, Quantity};
 pub(crate) use self::samples::{Wanted, read_columns};
 use super::raw::{Epoch, PathSource, RawFix, Reading};

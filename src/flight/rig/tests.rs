@@ -23,7 +23,14 @@ fn fix(time: f64, place: DVec3) -> Fix {
 }
 
 fn track(fixes: Vec<Fix>) -> Track {
-    Track { path: "path.csv".into(), format: "CSV", fixes, clock: None, notes: Vec::new(), shots: Vec::new() }
+    Track {
+        path: "path.csv".into(),
+        format: "CSV",
+        fixes,
+        clock: None,
+        notes: Vec::new(),
+        cameras: Vec::new(),
+    }
 }
 
 /// A flight of places each second.

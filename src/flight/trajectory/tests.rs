@@ -29,7 +29,7 @@ fn track(fixes: Vec<Fix>) -> Track {
         fixes,
         clock: None,
         notes: Vec::new(),
-        shots: Vec::new(),
+        cameras: Vec::new(),
     }
 }
 

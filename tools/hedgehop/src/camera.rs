@@ -197,7 +197,7 @@ pub fn single_fix(
         fixes: vec![fix],
         clock: None,
         notes: Vec::new(),
-        shots: Vec::new(),
+        cameras: Vec::new(),
     }
 }
 

@@ -241,7 +241,7 @@ mod tests {
             fixes: Vec::new(),
             clock: time_of_day.map(|time_of_day| TrackClock { time_of_day, midnight: None }),
             notes: Vec::new(),
-            shots: Vec::new(),
+            cameras: Vec::new(),
         };
         let cases = [
             (Some(36_000.0), Some(36_090.0), 90.0, "b begins 90 s after"),
