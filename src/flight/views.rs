@@ -202,7 +202,7 @@ impl BoundViews<'_> {
         let height = choice(&grid.heights);
         let cell = DVec2::new(digit(columns) as f64, digit(rows) as f64);
 
-        // What the spacing leaves lies half on either side.
+        // The grid lies in the middle of the area: half of what is left over is on either side.
         let span = DVec2::new((columns - 1) as f64, (rows - 1) as f64) * grid.spacing;
         let at = low + 0.5 * (high - low - span) + cell * grid.spacing;
         let ground = (self.site.ground)(at).ok_or_else(|| {

@@ -131,7 +131,7 @@ fn check_tables(bytes: &[u8]) -> std::result::Result<(), String> {
         bytes.get(at..at + 4).map(|word| u32::from_be_bytes([word[0], word[1], word[2], word[3]]))
     };
     let damaged = || "its directory of tables is damaged; take another copy of the font".to_owned();
-    // Of a collection the first font serves.
+    // A collection (.ttc) holds several fonts, of which the first is read.
     let start = if bytes.starts_with(b"ttcf") { word(12).ok_or_else(damaged)? as usize } else { 0 };
     let count = word(start + 4).ok_or_else(damaged)? >> 16;
 

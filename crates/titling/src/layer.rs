@@ -144,19 +144,18 @@ impl Layer {
 
 /// A line through places.
 pub fn polyline(places: impl IntoIterator<Item = DVec2>) -> Option<Path> {
-    let mut builder = PathBuilder::new();
-    for place in places {
-        if builder.is_empty() {
-            builder.move_to(place.x as f32, place.y as f32);
-        } else {
-            builder.line_to(place.x as f32, place.y as f32);
-        }
-    }
-    builder.finish()
+    through(places).finish()
 }
 
 /// The area that places enclose.
 pub fn polygon(places: impl IntoIterator<Item = DVec2>) -> Option<Path> {
+    let mut builder = through(places);
+    builder.close();
+    builder.finish()
+}
+
+/// Begins a path with straight lines through places.
+fn through(places: impl IntoIterator<Item = DVec2>) -> PathBuilder {
     let mut builder = PathBuilder::new();
     for place in places {
         if builder.is_empty() {
@@ -165,8 +164,7 @@ pub fn polygon(places: impl IntoIterator<Item = DVec2>) -> Option<Path> {
             builder.line_to(place.x as f32, place.y as f32);
         }
     }
-    builder.close();
-    builder.finish()
+    builder
 }
 
 /// A disc about a place.

@@ -95,7 +95,7 @@ impl Card {
         if seconds < from || seconds >= to {
             return 0.0;
         }
-        // What is there in the first frame does not come, and what is there in the last does not go.
+        // A card of the first frame is there at once, and one of the last frame stays.
         let come = if from <= 0.0 { 1.0 } else { (seconds - from + step) / fade };
         let go = if to.is_finite() { (to - seconds) / fade } else { 1.0 };
         come.min(go).clamp(0.0, 1.0)
