@@ -135,7 +135,7 @@ fn labels_are_kept_checked_and_no_pictures() {
     assert!(said.contains("rendered 1 frame"), "{said}");
     assert!(fs::read(site.path().join("labels/0002.png")).expect("labels") == whole);
 
-    // Of pictures and of other labels they are told apart.
+    // A folder of pictures, or of other labels, is another render's.
     for other in ["", "--labels instance"] {
         let said = ends(&fly(&format!("{other} -o labels/####.png")), 2);
         assert!(said.contains("labels is"), "{said}");

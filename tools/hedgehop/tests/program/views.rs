@@ -127,6 +127,8 @@ fn views_that_make_no_sense_are_refused_in_a_sentence() {
         let said = ends(&run(&site, &format!("render area.hop --views {args} -o no/####.png")), 2);
         assert!(said.contains(part), "{args}: {said}");
     }
+
+    // Channels of EXR, and flags of views without any.
     let motion = "render area.hop --views random --heights 20 --count 3 --aov motion -o no/####.exr";
     assert!(ends(&run(&site, motion), 2).contains("--aov motion tells how the picture moves"));
     let said = ends(&run(&site, "render area.hop --eye 1,2,3 --count 3 -o no.png"), 2);
