@@ -1,4 +1,4 @@
-//! Channels of each pixel's surface besides its light: normal, level, id; and its range at outlines.
+//! Channels of each pixel's surface besides its light: normal, level, id; and the range along its own ray.
 //!
 //! Planes and rows lie up to half a pixel beside a pixel's own ray. Of what stands there is an outline in every second pixel of a wood; the surface ends at ridges,
 //! and at buildings and trees that are part of it further away. There the own ray is followed:
@@ -8,6 +8,8 @@
 //! something stands before what planes found
 //! the ray passes what planes found by more than a pixel
 //! ```
+//!
+//! Elsewhere the range that planes found is moved along the ray to where that meets the surface.
 
 use glam::Vec3;
 
@@ -20,7 +22,17 @@ use crate::subimage::{Farm, Stage};
 use crate::voxel::Attributes;
 use hedgehop_base::error::Result;
 
-/// Fills normal, level and id of the pixels that see something. Returns ranges, `[height][width]`, that are right where there may be `outlines`; the frame keeps those
+/// Height above the surface at which a ray has met it, metres: so much, and so much for each metre of range.
+const NEAR_ENOUGH: f64 = 2.0e-4;
+const NEAR_ENOUGH_PER_METRE: f64 = 2.0e-5;
+
+/// Most secants from where planes met the surface to where a ray does.
+const MOST_SECANTS: usize = 5;
+
+/// Farthest way from there to here, pixels wide: rays that graze more are followed.
+const MOST_PIXELS_ALONG: f64 = 16.0;
+
+/// Fills normal, level and id of the pixels that see something. Returns ranges along the pixels' own rays, `[height][width]`, which are followed where there may be `outlines`; the frame keeps those
 /// by which things are merged into it as they are into pictures.
 pub fn describe(
     renderer: &Renderer<'_>,
@@ -92,9 +104,10 @@ impl SurfaceProbe<'_> {
     fn look(&mut self, ray: &GridRay, range: f32, is_outline: bool) -> Result<Option<SeenSurface>> {
         if !is_outline {
             let found = if range.is_finite() { Some(self.contact(ray, f64::from(range))?) } else { None };
-            if self.is_met(ray, found.as_ref())? {
-                let seen = found.map(|contact| self.ground(ray, &contact)).transpose()?;
-                return Ok(seen.map(|seen| SeenSurface { range, ..seen }));
+            if let Some(found) = self.met(ray, found)?
+                && self.marcher.half_hidden(ray, found.as_ref(), &mut self.hits)?.is_none()
+            {
+                return found.map(|contact| self.ground(ray, &contact)).transpose();
             }
         }
 
@@ -115,15 +128,35 @@ impl SurfaceProbe<'_> {
         contact.map(|contact| self.ground(ray, &contact)).transpose()
     }
 
-    /// Whether a ray meets what was found, the sky or a surface, to a pixel, and nothing that stands before.
-    fn is_met(&mut self, ray: &GridRay, found: Option<&Contact>) -> Result<bool> {
-        if let Some(contact) = found
-            && let Some(above) = self.filter.clearance(ray, contact)?
-            && above.abs() > self.filter.pixel_at(contact.range)
-        {
-            return Ok(false);
+    /// Moves what planes found, a surface or the sky, to where the ray itself meets it; `None` where it passes by.
+    fn met(&mut self, ray: &GridRay, found: Option<Contact>) -> Result<Option<Option<Contact>>> {
+        let Some(mut contact) = found else { return Ok(Some(None)) };
+        // Beside the area nothing is known of the surface.
+        let Some(mut above) = self.filter.clearance(ray, &contact)? else { return Ok(Some(found)) };
+        let pixel = self.filter.pixel_at(contact.range);
+        if above.abs() > pixel {
+            return Ok(None);
         }
-        Ok(self.marcher.half_hidden(ray, found, &mut self.hits)?.is_none())
+
+        // Secants, the first one a pixel long: on a facet the way down is nearly straight.
+        let (start, mut step) = (contact.range, pixel.copysign(above));
+        for _ in 0..MOST_SECANTS {
+            if above.abs() <= NEAR_ENOUGH + NEAR_ENOUGH_PER_METRE * contact.range {
+                // What is moved over a border, of a band of levels or of the area, may have passed a wall.
+                let same = self.contact(ray, contact.range)? == contact;
+                let stays = contact.range == start || same && self.marcher.is_within(ray, contact.range);
+                return Ok(stays.then_some(Some(contact)));
+            }
+            let next = Contact { range: contact.range + step, ..contact };
+            let Some(next_above) = self.filter.clearance(ray, &next)? else { break };
+            step *= next_above / (above - next_above);
+            (contact, above) = (next, next_above);
+            if (contact.range + step - start).abs() > MOST_PIXELS_ALONG * pixel {
+                break;
+            }
+        }
+
+        Ok(None)
     }
 
     /// Finds where a ray meets the surface that is to be seen at a range.
