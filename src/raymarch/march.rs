@@ -222,12 +222,12 @@ impl<'a> Marcher<'a> {
         if start < end { solids.along(ray, [start, end], least, hits) } else { Ok(1.0) }
     }
 
-    /// Ranges between which the ray can meet a surface.
     /// Whether a ray is over the area, and no higher than its ground, at a range in metres.
     pub fn is_within(&self, ray: &GridRay, range: f64) -> bool {
         self.clip(ray).is_some_and(|(enters, leaves)| (enters..=leaves).contains(&range))
     }
 
+    /// Ranges between which the ray can meet a surface.
     fn clip(&self, ray: &GridRay) -> Option<(f64, f64)> {
         if !self.cursor.is_endless() {
             return ray.clip(self.size, self.ceiling);

@@ -32,8 +32,10 @@ const MOST_SECANTS: usize = 5;
 /// Farthest way from there to here, pixels wide: rays that graze more are followed.
 const MOST_PIXELS_ALONG: f64 = 16.0;
 
-/// Fills normal, level and id of the pixels that see something. Returns ranges along the pixels' own rays, `[height][width]`, which are followed where there may be `outlines`; the frame keeps those
-/// by which things are merged into it as they are into pictures.
+/// Fills normal, level and id of the pixels that see something, and returns ranges along the pixels' own rays.
+///
+/// Both `outlines`, where rays are followed, and ranges (metres, infinite: sky) are `[height][width]`. The frame keeps its own ranges, by which things
+/// are merged into it as they are into pictures.
 pub fn describe(
     renderer: &Renderer<'_>,
     frame: &mut Frame,
@@ -103,10 +105,9 @@ impl SurfaceProbe<'_> {
     /// Looks along a ray for which planes found a range (metres; infinite: the sky), which is in doubt at outlines; `None`: the sky.
     fn look(&mut self, ray: &GridRay, range: f32, is_outline: bool) -> Result<Option<SeenSurface>> {
         if !is_outline {
-            let found = if range.is_finite() { Some(self.contact(ray, f64::from(range))?) } else { None };
-            if let Some(found) = self.met(ray, found)?
-                && self.marcher.half_hidden(ray, found.as_ref(), &mut self.hits)?.is_none()
-            {
+            let found = if range.is_finite() { self.met(ray, f64::from(range))? } else { None };
+            let is_met = found.is_some() || range.is_infinite();
+            if is_met && self.marcher.half_hidden(ray, found.as_ref(), &mut self.hits)?.is_none() {
                 return found.map(|contact| self.ground(ray, &contact)).transpose();
             }
         }
@@ -128,30 +129,30 @@ impl SurfaceProbe<'_> {
         contact.map(|contact| self.ground(ray, &contact)).transpose()
     }
 
-    /// Moves what planes found, a surface or the sky, to where the ray itself meets it; `None` where it passes by.
-    fn met(&mut self, ray: &GridRay, found: Option<Contact>) -> Result<Option<Option<Contact>>> {
-        let Some(mut contact) = found else { return Ok(Some(None)) };
+    /// Finds where a ray meets the surface for which planes found a range, metres; `None` where it passes by.
+    fn met(&mut self, ray: &GridRay, range: f64) -> Result<Option<Contact>> {
+        let mut contact = self.contact(ray, range)?;
         // Beside the area nothing is known of the surface.
-        let Some(mut above) = self.filter.clearance(ray, &contact)? else { return Ok(Some(found)) };
+        let Some(mut above) = self.filter.clearance(ray, &contact)? else { return Ok(Some(contact)) };
         let pixel = self.filter.pixel_at(contact.range);
         if above.abs() > pixel {
             return Ok(None);
         }
 
         // Secants, the first one a pixel long: on a facet the way down is nearly straight.
-        let (start, mut step) = (contact.range, pixel.copysign(above));
+        let mut step = pixel.copysign(above);
         for _ in 0..MOST_SECANTS {
             if above.abs() <= NEAR_ENOUGH + NEAR_ENOUGH_PER_METRE * contact.range {
-                // What is moved over a border, of a band of levels or of the area, may have passed a wall.
+                // A wall may stand where the way crossed into another band of levels, or left the area.
                 let same = self.contact(ray, contact.range)? == contact;
-                let stays = contact.range == start || same && self.marcher.is_within(ray, contact.range);
-                return Ok(stays.then_some(Some(contact)));
+                let stays = contact.range == range || same && self.marcher.is_within(ray, contact.range);
+                return Ok(stays.then_some(contact));
             }
             let next = Contact { range: contact.range + step, ..contact };
             let Some(next_above) = self.filter.clearance(ray, &next)? else { break };
             step *= next_above / (above - next_above);
             (contact, above) = (next, next_above);
-            if (contact.range + step - start).abs() > MOST_PIXELS_ALONG * pixel {
+            if (contact.range + step - range).abs() > MOST_PIXELS_ALONG * pixel {
                 break;
             }
         }
