@@ -1,14 +1,16 @@
 //! Paths of eyes that follow a flight.
 //!
 //! ```text
-//! p(t) = mean of the flight's places about t, over STEADY seconds of the film      (what the eye follows)
-//! chase:  a rod of the rope's length is towed by p:  e ← p − rope · d,  d = (p − e) / |p − e|
+//! m(t) = mean of the flight's places about t, over STEADY seconds of the film
+//! p(t) = m(t), or between it and the flight, where that strays too far from m       (what the eye follows)
+//! chase:  a rod of the rope's length is towed by m:  e ← m − rope · d,  d = (m − e) / |m − e|
 //!         eye = p − back · d + side · right(d) + up
 //! orbit:  eye = centre + radius · (sin β, cos β) + up,   β = β₀ + 360° · film seconds / period
 //! ```
 //!
 //! Means are over the film's time, not the flight's: thirty times as fast, a glider that circles does not shake the
-//! picture. What is towed runs straight behind, cuts wide turns a little, and only swings in turns that are tighter than the
+//! picture: it circles in it, within IN_VIEW of the middle. An eye draws back up to DRAWN_BACK times its distance for that; what
+//! is strayed beyond, it goes along with, turning no more than before. What is towed runs straight behind, cuts wide turns a little, and only swings in turns that are tighter than the
 //! rope (the tractrix of Huygens 1692).
 
 use glam::{DVec2, DVec3};
@@ -28,8 +30,10 @@ const STEADY: f64 = 0.5;
 const ROPE: f64 = 5.0;
 const LAG: f64 = 1.0;
 
-/// Least distance of an eye that follows, in what the flight strays from the mean: it stays within some 25° of the middle.
-const IN_VIEW: f64 = 2.25;
+/// Farthest that the flight is from the middle of the picture, in distances of the eye: 11°, clear of what is written at the borders.
+const IN_VIEW: f64 = 0.2;
+/// Distances from which an eye sees at most what strays from the middle.
+const DRAWN_BACK: f64 = 2.0;
 
 /// Part of a flight that a shot shows.
 #[derive(Debug, Clone, Copy)]
@@ -47,9 +51,29 @@ pub(super) struct Steadied {
     /// Seconds after the flight's first fix, increasing; at least one.
     pub times: Vec<f64>,
     /// Places, metres.
-    pub places: Vec<DVec3>,
+    places: Vec<DVec3>,
+    /// Places of the flight itself, metres.
+    flown: Vec<DVec3>,
     /// Farthest that the flight strays from these about each time, metres; it changes gently.
     strays: Vec<f64>,
+}
+
+/// Way of an eye that follows, at the times of what it follows.
+#[derive(Debug, Clone)]
+pub(super) struct FollowingWay {
+    /// Places of the eye, metres.
+    pub eyes: Vec<DVec3>,
+    /// Places in the middle of its picture, metres.
+    pub middles: Vec<DVec3>,
+}
+
+/// Middle of a picture in which the flight stays.
+#[derive(Debug, Clone, Copy)]
+struct Middle {
+    /// Place, metres.
+    place: DVec3,
+    /// Factor of the eye's distance, at least 1.
+    farther: f64,
 }
 
 impl Steadied {
@@ -78,25 +102,36 @@ impl Steadied {
         let places: Vec<DVec3> = raw.windows(weights.len()).map(mean).collect();
 
         // The mean of a maximum over the same window is nowhere below what is strayed.
-        let strayed = raw[reach as usize..].iter().zip(&places).map(|(place, mean)| place.distance(*mean));
-        let strayed: Vec<f64> = strayed.collect();
+        let flown = raw[reach as usize..][..places.len()].to_vec();
+        let strayed: Vec<f64> =
+            flown.iter().zip(&places).map(|(flown, mean)| flown.distance(*mean)).collect();
         let farthest = over(&strayed, reach as usize, |window| window.iter().copied().fold(0.0, f64::max));
         let strays =
             over(&farthest, reach as usize, |window| window.iter().sum::<f64>() / window.len() as f64);
-        Self { times: (0..=count).map(moment).collect(), places, strays }
+        Self { times: (0..=count).map(moment).collect(), places, flown, strays }
     }
 
-    /// Returns the places of an eye that is towed; `heading` is the flight's at its beginning, degrees.
-    pub fn chased(&self, chase: Chase, heading: f64, pace: f64) -> Vec<DVec3> {
+    /// Returns the way of an eye that is towed; `heading` is the flight's at its beginning, degrees.
+    pub fn chased(&self, chase: Chase, heading: f64, pace: f64) -> FollowingWay {
         let rope = self.rope(pace).max(chase.back.abs());
         let length = DVec3::new(chase.back, chase.side, chase.up).length();
-        let eye = |((place, strays), along): ((&DVec3, &f64), DVec2)| {
+        let eye = |(middle, along): (Middle, DVec2)| {
             let right = DVec2::new(along.y, -along.x);
-            let farther = (IN_VIEW * strays / length).max(1.0);
-            *place + farther * (chase.side * right - chase.back * along).extend(chase.up)
+            let offset = (chase.side * right - chase.back * along).extend(chase.up);
+            (middle.place + middle.farther * offset, middle.place)
         };
-        let along = self.towed(heading, rope);
-        self.places.iter().zip(&self.strays).zip(along).map(eye).collect()
+        let (eyes, middles) = self.middles(length).zip(self.towed(heading, rope)).map(eye).unzip();
+        FollowingWay { eyes, middles }
+    }
+
+    /// Returns what an eye at a distance, metres, follows at each time.
+    fn middles(&self, distance: f64) -> impl Iterator<Item = Middle> {
+        let middle = move |((mean, flown), strays): ((&DVec3, &DVec3), &f64)| {
+            let farther = (strays / (IN_VIEW * distance)).clamp(1.0, DRAWN_BACK);
+            let share = (IN_VIEW * farther * distance / strays.max(f64::MIN_POSITIVE)).min(1.0);
+            Middle { place: flown.lerp(*mean, share), farther }
+        };
+        self.places.iter().zip(&self.flown).zip(&self.strays).map(middle)
     }
 
     /// Returns the level directions, of length 1, in which a rope leads to the places; `heading` is the flight's at its beginning, degrees.
@@ -120,20 +155,27 @@ impl Steadied {
         ROPE.max(LAG * pace * self.mean_speed())
     }
 
-    /// Returns the places of an eye on a circle around `centre`, or around the flight; `heading` is the flight's at the beginning,
+    /// Returns the way of an eye on a circle around `centre`, or around the flight; `heading` is the flight's at the beginning,
     /// where the eye is behind it, degrees.
-    pub fn orbited(&self, orbit: Orbit, centre: Option<&dyn Subject>, heading: f64, pace: f64) -> Vec<DVec3> {
-        let length = orbit.radius.hypot(orbit.up);
-        let around = |((time, place), strays): ((&f64, &DVec3), &f64)| {
-            let (middle, farther) = match centre {
-                Some(centre) => (centre.place_at(*time), 1.0),
-                None => (*place, (IN_VIEW * strays / length).max(1.0)),
+    pub fn orbited(
+        &self,
+        orbit: Orbit,
+        centre: Option<&dyn Subject>,
+        heading: f64,
+        pace: f64,
+    ) -> FollowingWay {
+        let around = |(time, middle): (&f64, Middle)| {
+            let Middle { place, farther } = match centre {
+                Some(centre) => Middle { place: centre.place_at(*time), farther: 1.0 },
+                None => middle,
             };
             let turns = (time - self.times[0]) / pace / orbit.period;
             let (sin, cos) = (heading + 180.0 + 360.0 * turns.fract()).to_radians().sin_cos();
-            middle + farther * DVec3::new(orbit.radius * sin, orbit.radius * cos, orbit.up)
+            (place + farther * DVec3::new(orbit.radius * sin, orbit.radius * cos, orbit.up), place)
         };
-        self.times.iter().zip(&self.places).zip(&self.strays).map(around).collect()
+        let distance = orbit.radius.hypot(orbit.up);
+        let (eyes, middles) = self.times.iter().zip(self.middles(distance)).map(around).unzip();
+        FollowingWay { eyes, middles }
     }
 
     /// Mean speed over ground, metres a second.

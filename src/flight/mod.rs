@@ -22,6 +22,7 @@ mod ground;
 mod igc;
 mod kml;
 mod motion;
+mod moving;
 mod noise;
 mod parts;
 mod rate;

@@ -161,7 +161,7 @@ impl Rig {
         let zoom = shot.zoom;
 
         let steadied = || Steadied::of(&self.flight, stretch);
-        let (followed, places) = match &shot.mount {
+        let (followed, way) = match &shot.mount {
             Mount::Aboard => {
                 // A film that is so quick shows where the flight goes, not how it turns.
                 let turns = match looked {
@@ -185,8 +185,8 @@ impl Rig {
             }
             Mount::Chase(chase) => {
                 let followed = steadied();
-                let places = followed.chased(*chase, heading, stretch.pace);
-                (followed, places)
+                let way = followed.chased(*chase, heading, stretch.pace);
+                (followed, way)
             }
             Mount::Orbit(orbit) => {
                 let followed = steadied();
@@ -195,14 +195,14 @@ impl Rig {
                     Some(Aim::Ahead(place)) => Some(place as &dyn Subject),
                     _ => None,
                 };
-                let places = followed.orbited(*orbit, centre, heading, stretch.pace);
-                (followed, places)
+                let way = followed.orbited(*orbit, centre, heading, stretch.pace);
+                (followed, way)
             }
         };
 
         let times = followed.times.clone();
-        let path = clear(Spline::through(times, places), stretch, site, &mut self.notes);
-        let flight = || Aim::At(Arc::new(Spline::through(followed.times, followed.places)));
+        let path = clear(Spline::through(times, way.eyes), stretch, site, &mut self.notes);
+        let flight = || Aim::At(Arc::new(Spline::through(followed.times, way.middles)));
         Ok(BoundShot { stretch, eye: EyePath::Following(path), aim: looked.unwrap_or_else(flight), zoom })
     }
 

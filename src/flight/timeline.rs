@@ -11,6 +11,10 @@ pub enum FlightTime {
     Seconds(f64),
     /// Seconds after midnight, UTC: the first such moment of the part of the flight that is asked about.
     OfDay(f64),
+    /// Departure: the flight stands before it.
+    Departure,
+    /// Arrival: the flight stands after it.
+    Arrival,
 }
 
 /// Pace at which a film passes over a flight.
@@ -45,6 +49,10 @@ impl Default for Playback {
 pub struct FlightSpan {
     /// Time from the first fix to the last, seconds.
     pub duration: f64,
+    /// Departure, seconds after the first fix: it stands before it.
+    pub departure: f64,
+    /// Arrival, seconds after the first fix: it stands after it.
+    pub arrival: f64,
     /// Seconds after midnight, UTC, of the first fix, if the file tells the time.
     pub time_of_day: Option<f64>,
 }
@@ -148,6 +156,8 @@ impl FlightSpan {
     pub fn seconds_of(&self, flag: &str, time: FlightTime, earliest: f64) -> Result<f64> {
         let seconds = match (time, self.time_of_day) {
             (FlightTime::Seconds(seconds), _) => seconds,
+            (FlightTime::Departure, _) => self.departure,
+            (FlightTime::Arrival, _) => self.arrival,
             (FlightTime::OfDay(of_day), Some(first)) => {
                 earliest + (of_day - first - earliest).rem_euclid(DAY)
             }
@@ -196,7 +206,8 @@ mod tests {
     use super::*;
 
     /// Two hours from 22:59:30 UTC on.
-    const FLIGHT: FlightSpan = FlightSpan { duration: 7200.0, time_of_day: Some(82_770.0) };
+    const FLIGHT: FlightSpan =
+        FlightSpan { duration: 7200.0, departure: 600.0, arrival: 7000.0, time_of_day: Some(82_770.0) };
 
     fn film(fps: &str, playback: Playback) -> Result<Timeline> {
         Timeline::new(fps.parse().unwrap(), FLIGHT, &playback)
@@ -234,6 +245,9 @@ mod tests {
         let seconds = part(FlightTime::Seconds(60.0), FlightTime::Seconds(120.0)).unwrap();
         assert_eq!((seconds.seconds_at(1), seconds.frame_count()), (60.0, 61));
 
+        let moving = part(FlightTime::Departure, FlightTime::Arrival).unwrap();
+        assert_eq!((moving.seconds_at(1), moving.frame_count()), (600.0, 6401));
+
         // 23:00:30, and half past midnight of the day after.
         let clock = part(FlightTime::OfDay(82_830.0), FlightTime::OfDay(1800.0)).unwrap();
         assert_eq!((clock.seconds_at(1), clock.frame_count()), (60.0, 5371));
@@ -242,7 +256,7 @@ mod tests {
     #[test]
     fn times_of_day_are_found_after_fractions_of_seconds_and_midnights() {
         // Two days from 12:00:00.4 on.
-        let flight = FlightSpan { duration: 172_800.0, time_of_day: Some(43_200.4) };
+        let flight = FlightSpan { duration: 172_800.0, time_of_day: Some(43_200.4), ..FLIGHT };
         let part = |from: f64, to: f64| {
             let [from, to] = [from, to].map(|hours| Some(FlightTime::OfDay(3600.0 * hours)));
             let playback = Playback { pace: Pace::Speed(3600.0), from, to };
@@ -265,11 +279,11 @@ mod tests {
         let back = refused(Some(FlightTime::Seconds(9.0)), Some(FlightTime::Seconds(5.0)));
         assert!(back.contains("before --from"), "{back}");
 
-        let flight = FlightSpan { duration: 9.0, time_of_day: None };
+        let flight = FlightSpan { duration: 9.0, time_of_day: None, ..FLIGHT };
         let playback = Playback { from: Some(FlightTime::OfDay(0.0)), ..Playback::default() };
         let said = Timeline::new("1".parse().unwrap(), flight, &playback).unwrap_err().to_string();
         assert!(said.contains("tells none"), "{said}");
-        let still = FlightSpan { duration: 0.0, time_of_day: None };
+        let still = FlightSpan { duration: 0.0, time_of_day: None, ..FLIGHT };
         let playback = Playback { pace: Pace::Duration(9.0), ..Playback::default() };
         assert!(Timeline::new("1".parse().unwrap(), still, &playback).is_err());
     }

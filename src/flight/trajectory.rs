@@ -18,6 +18,7 @@ use super::angles::{Orientations, Samples};
 use super::camera_shots::shots;
 use super::ground;
 use super::motion::Motion;
+use super::moving::moving;
 use super::raw::{CLOCK, COORDINATE_LIMIT};
 use super::shot::Shot;
 use super::smooth::{Smoother, Smoothing};
@@ -60,6 +61,8 @@ pub struct Trajectory {
     notes: Vec<String>,
     raised: f64,
     lacks_pitch: bool,
+    /// Departure and arrival, seconds after the first fix.
+    moving: [f64; 2],
     shots: Vec<Shot>,
 }
 
@@ -138,6 +141,7 @@ impl Trajectory {
         let (default_hfov, clock) = (options.hfov, track.clock);
         let lacks_pitch = is_recorded && track.fixes.iter().all(|fix| fix.pitch.is_none());
         Ok(Self {
+            moving: moving(&spline),
             spline,
             attitude,
             hfov,
@@ -162,15 +166,17 @@ impl Trajectory {
             notes: Vec::new(),
             raised: 0.0,
             lacks_pitch: false,
+            moving: [0.0; 2],
             shots: Vec::new(),
         }
     }
 
-    /// Returns how long the flight lasts and when it began.
+    /// Returns how long the flight lasts, when it moves, and when it began.
     #[doc(hidden)]
     pub fn span(&self) -> FlightSpan {
         let time_of_day = self.clock.map(|clock| clock.time_of_day);
-        FlightSpan { duration: self.duration(), time_of_day }
+        let [departure, arrival] = self.moving;
+        FlightSpan { duration: self.duration(), departure, arrival, time_of_day }
     }
 
     /// Returns the clock at the first fix, if the file tells the time.

@@ -12,8 +12,8 @@ use super::onward::{Onward, Reach};
 use super::plume::PlumeCast;
 use super::slope::Slope;
 use super::trail_cast::{FlownWay, TrailCast};
-use super::{Beyond, Object, Part, Scene};
-use crate::flight::{AltitudeMode, BindOptions, Fix, Subject, Track, Trajectory};
+use super::{Beyond, Object, OwnFlight, Part, Scene};
+use crate::flight::{AltitudeMode, Fix, Subject, Track, Trajectory};
 use crate::objects::{Body, Form, PointLight, Ribbon};
 use crate::space::{Attitude, Pose};
 use crate::weather::Puff;
@@ -68,12 +68,26 @@ impl Scene {
     /// [`Error::Invalid`] with the line and name of an object or a light: what [`Trajectory::bind`] says of its track; a lamp without ground below it, a light of an object
     /// that is none.
     pub fn bind(&self, crs: &Crs, ground: &dyn Fn(DVec2) -> Option<f64>) -> Result<Cast> {
+        self.bind_with_flight(crs, ground, None)
+    }
+
+    /// Binds the scene as [`Self::bind`] does; an object that is the body of a flight is where the flight is.
+    ///
+    /// # Errors
+    /// Those of [`Self::bind`].
+    #[doc(hidden)]
+    pub fn bind_with_flight(
+        &self,
+        crs: &Crs,
+        ground: &dyn Fn(DVec2) -> Option<f64>,
+        flight: Option<&OwnFlight>,
+    ) -> Result<Cast> {
         let going_on = self.objects.iter().filter(|object| keeps_to_ground(object));
         let reach = going_on.fold(Reach::default(), |reach, object| reach.with(object.leans));
         let mut first = self.objects.len();
 
         let actors = self.objects.iter().map(|object| {
-            let options = BindOptions { level: !object.banks, ..BindOptions::default() };
+            let options = OwnFlight::options_of(flight, object);
             let of_object = |error: Error| {
                 let what = match error {
                     // What would help a path helps no object that stands.

@@ -18,6 +18,7 @@ mod model;
 mod object;
 mod object_table;
 mod onward;
+mod own_flight;
 mod part;
 mod picture;
 mod place;
@@ -37,6 +38,8 @@ pub use contents::Scene;
 pub use contents::{Beyond, NightSky, Object, Part, SunLines};
 #[doc(hidden)]
 pub use light::{Flash, Lamp, LampLayout, Light, Rhythm};
+#[doc(hidden)]
+pub use own_flight::OwnFlight;
 pub use picture::{Dither, Finish, Hud, Tone};
 #[doc(hidden)]
 pub use place::Anchor;

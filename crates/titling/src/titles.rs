@@ -108,7 +108,9 @@ impl Titles {
             None
         };
 
-        let cards = cards(titling, captions, length, &page, &fonts);
+        let width = figures.as_ref().map_or(page.safe().size.x, FilmFigures::title_width);
+        let title = CardPlace::Title { width };
+        let cards = cards(titling, captions, length, title, &page, &fonts);
         let step = length.seconds / length.frames.max(1) as f64;
         Ok(Self { page, fonts, hud: titling.hud, mini_map, figures, cards, step })
     }
@@ -137,6 +139,7 @@ fn cards(
     titling: &Titling,
     captions: &[TimedCaption],
     length: FilmLength,
+    title_place: CardPlace,
     page: &Page,
     fonts: &Fonts,
 ) -> Vec<Card> {
@@ -150,7 +153,7 @@ fn cards(
         .collect();
     if !title.is_empty() {
         let to = if is_still { f64::INFINITY } else { shown };
-        cards.push(Card::new(CardPlace::Title, [0.0, to], &title, page, fonts));
+        cards.push(Card::new(title_place, [0.0, to], &title, page, fonts));
     }
 
     if let Some(credits) = &titling.credits {

@@ -134,7 +134,7 @@ impl Filmed {
         observer: &dyn Observer,
     ) -> Result<Self> {
         let flown = Arc::new(flight.bind(request.source, request.setup, observer)?);
-        let timeline = Timeline::new(request.fps, flown.span(), &flight.playback.playback())?;
+        let timeline = Timeline::new(request.fps, flown.span(), &flight.playback.playback(&flown, observer))?;
         let playing = playing(flight, request, timeline, observer)?;
         let shots = shots(flight, request, &flown, observer)?;
         let shown = Shown { flown: &flown, timeline: &timeline, playing: playing.as_ref() };
@@ -200,7 +200,7 @@ fn playing(
     timeline: Timeline,
     observer: &dyn Observer,
 ) -> Result<Option<Playing>> {
-    let bound = |scene| Playing::new(scene, request.source, flight.world, timeline, observer);
+    let bound = |scene| Playing::new(scene, request.source, flight, timeline, observer);
     request.scene.map(bound).transpose()
 }
 
@@ -356,10 +356,9 @@ fn follows(shot: &Shot) -> bool {
 
 /// Whether the scene has an object with the flight's track.
 fn has_body(flight: &FlightArgs, scene: Option<&Scene>) -> bool {
-    let file = |path: &Path| path.canonicalize().ok();
-    let flown = flight.path.as_deref().and_then(file);
+    let own = flight.own_flight();
     let mut objects = scene.iter().flat_map(|scene| &scene.objects);
-    flown.is_some() && objects.any(|object| file(&object.track.path) == flown)
+    own.is_some_and(|own| objects.any(|object| own.has_body(object)))
 }
 
 /// Flight and objects that cameras show.

@@ -3,13 +3,17 @@
 use clap::Args;
 use serde_json::{Value, json};
 
-use hedgehop::flight::{FlightTime, Pace, Playback};
+use hedgehop::flight::{FlightTime, Pace, Playback, Trajectory};
+use hedgehop::progress::Observer;
 
 /// Fastest and slowest pace, seconds of flight in a second of the film.
 const SPEEDS: [f64; 2] = [1.0e-4, 1.0e6];
 
 /// Seconds of a day.
 const DAY: f64 = 86_400.0;
+
+/// Seconds of a film in which it is too long to stand.
+const TOO_LONG: f64 = 2.0;
 
 /// Longest film, seconds.
 const LONGEST: f64 = 1.0e6;
@@ -25,24 +29,56 @@ pub struct PlaybackArgs {
     #[arg(long, value_name = "TIME", value_parser = duration, allow_hyphen_values = true, conflicts_with_all = ["eye", "views", "speed"])]
     pub duration: Option<f64>,
 
-    /// Moment of the flight that the film begins at: after the first fix (90s, 2m30s), or by the clock of the file, UTC (14:05, 14:05:30, 16:05+02:00)
-    /// [default: the first fix]
+    /// Moment of the flight that the film begins at: after the first fix (90s, 2m30s), by the clock of the file, UTC (14:05, 14:05:30, 16:05+02:00), or departure,
+    /// which leaves out that it stands before it [default: the first fix; with --duration the departure of a recording]
     #[arg(long, value_name = "TIME", value_parser = flight_time, allow_hyphen_values = true, conflicts_with_all = ["eye", "views"])]
     pub from: Option<FlightTime>,
 
-    /// Moment of the flight that it ends at, as --from [default: the last fix]
+    /// Moment of the flight that it ends at, as --from, or arrival [default: the last fix; with --duration the arrival of a recording]
     #[arg(long, value_name = "TIME", value_parser = flight_time, allow_hyphen_values = true, conflicts_with_all = ["eye", "views"])]
     pub to: Option<FlightTime>,
 }
 
 impl PlaybackArgs {
-    /// Returns what the flags ask for.
-    pub fn playback(&self) -> Playback {
+    /// Returns what the flags ask for of a flight. What a receiver recorded at its beginning and end on the ground is left out of a film that
+    /// has a length of its own, or is told.
+    pub fn playback(&self, flown: &Trajectory, observer: &dyn Observer) -> Playback {
         let pace = match (self.duration, self.speed) {
             (Some(seconds), _) => Pace::Duration(seconds),
             (None, speed) => Pace::Speed(speed.unwrap_or(1.0)),
         };
-        Playback { pace, from: self.from, to: self.to }
+        let mut playback = Playback { pace, from: self.from, to: self.to };
+        if !flown.lacks_pitch() {
+            return playback;
+        }
+
+        let span = flown.span();
+        let speed = match pace {
+            Pace::Speed(speed) => speed,
+            Pace::Duration(seconds) => span.duration / seconds,
+        };
+        let (before, after) = (span.departure, span.duration - span.arrival);
+        let [stands_before, stands_after] = [(self.from, before), (self.to, after)]
+            .map(|(said, stands)| said.is_none() && stands > speed * TOO_LONG);
+        let times = match (stands_before, stands_after) {
+            (true, true) => format!("for its first {before:.0} s and its last {after:.0} s"),
+            (true, false) => format!("for its first {before:.0} s"),
+            (false, true) => format!("for its last {after:.0} s"),
+            (false, false) => return playback,
+        };
+
+        if self.duration.is_some() {
+            playback.from = self.from.or(stands_before.then_some(FlightTime::Departure));
+            playback.to = self.to.or(stands_after.then_some(FlightTime::Arrival));
+            let end = (10.0 * span.duration).floor() / 10.0;
+            observer.note(&format!(
+                "what flies stands {times}; the film leaves that out, --from 0 --to {end}s does not"
+            ));
+        } else {
+            observer
+                .note(&format!("what flies stands {times}; --from departure --to arrival leave that out"));
+        }
+        playback
     }
 
     /// Records what decides which moments frames show; defaults are not mentioned.
@@ -50,6 +86,8 @@ impl PlaybackArgs {
         let moment = |time: FlightTime| match time {
             FlightTime::Seconds(seconds) => json!({ "seconds": seconds }),
             FlightTime::OfDay(seconds) => json!({ "seconds_of_day": seconds }),
+            FlightTime::Departure => json!("departure"),
+            FlightTime::Arrival => json!("arrival"),
         };
         let said = [
             ("speed", self.speed.filter(|speed| *speed != 1.0).map(Value::from)),
@@ -81,15 +119,16 @@ pub fn duration(text: &str) -> Result<f64, String> {
         .ok_or_else(|| "want how long the film lasts, above 0, such as 90s, 2m30s or 1:30".to_owned())
 }
 
-/// Seconds after the first fix, or a time of the day.
+/// Seconds after the first fix, a time of the day, `departure` or `arrival`.
 pub fn flight_time(text: &str) -> Result<FlightTime, String> {
-    let time = if text.contains(':') {
-        time_of_day(text).map(FlightTime::OfDay)
-    } else {
-        length(text).map(FlightTime::Seconds)
+    let time = match text {
+        "departure" => Some(FlightTime::Departure),
+        "arrival" => Some(FlightTime::Arrival),
+        text if text.contains(':') => time_of_day(text).map(FlightTime::OfDay),
+        text => length(text).map(FlightTime::Seconds),
     };
     time.ok_or_else(|| {
-        "want a time after the first fix, such as 90s or 2m30s, or one of the day, UTC, such as 14:05:30 or 16:05+02:00".to_owned()
+        "want a time after the first fix, such as 90s or 2m30s, one of the day, UTC, such as 14:05:30 or 16:05+02:00, departure or arrival".to_owned()
     })
 }
 

@@ -6,11 +6,12 @@ use std::thread;
 use std::time::Duration;
 
 use crossbeam::channel::{RecvTimeoutError, bounded};
+use glam::DVec2;
 use serde_json::{Value, json};
 
-use crate::view::over_ground;
-use crate::world::WorldArgs;
+use crate::view::{FlightArgs, over_ground};
 use hedgehop::flight::{Rig, Subject, Timeline};
+use hedgehop::geo::Crs;
 use hedgehop::progress::Observer;
 use hedgehop::scene::{Cast, CastSubject, Scene, Scenery};
 use hedgehop::voxel::PageSource;
@@ -160,11 +161,11 @@ pub fn raised(name: &str, metres: f64) -> String {
 }
 
 impl Playing {
-    /// Puts a scene's objects into a database.
+    /// Puts a scene's objects into the database of a flight.
     pub fn new(
         scene: &Scene,
         source: &dyn PageSource,
-        world: WorldArgs,
+        flight: &FlightArgs,
         timeline: Timeline,
         observer: &dyn Observer,
     ) -> Result<Self> {
@@ -180,8 +181,18 @@ impl Playing {
                 observer.note(&format!("trail {}: {notes}", trail.name));
             }
         }
-        let cast = over_ground(source, world, |crs, ground| scene.bind(crs, ground))?;
-        cast.raised().for_each(|(name, metres)| observer.note(&raised(name, metres)));
+        let own = flight.own_flight();
+        let bind = |crs: &Crs, ground: &dyn Fn(DVec2) -> Option<f64>| {
+            scene.bind_with_flight(crs, ground, own.as_ref())
+        };
+        let cast = over_ground(source, flight.world, bind)?;
+        // What is said of the path is not said of its body again.
+        let is_own = |name: &str| {
+            let mut objects = scene.objects.iter().filter(|object| object.name == name);
+            objects.any(|object| own.as_ref().is_some_and(|own| own.has_body(object)))
+        };
+        let others = cast.raised().filter(|(name, _)| !is_own(name));
+        others.for_each(|(name, metres)| observer.note(&raised(name, metres)));
         Ok(Self { cast: Arc::new(cast), timeline, rig: None })
     }
 

@@ -149,11 +149,11 @@ fn caption(given: &str) -> Result<Caption, String> {
     Ok(Caption { from, to, text: text(said)? })
 }
 
-/// A moment: of the film, unless it is a time of day.
+/// A moment: of the film, unless it is a time of day, departure or arrival.
 fn cue(given: &str) -> Option<Cue> {
     match playback::flight_time(given.trim()).ok()? {
         FlightTime::Seconds(seconds) => Some(Cue::Film(seconds)),
-        of_day @ FlightTime::OfDay(_) => Some(Cue::Flight(of_day)),
+        of_flight => Some(Cue::Flight(of_flight)),
     }
 }
 
@@ -233,6 +233,8 @@ pub fn record(titling: &Titling, settings: &mut Value) {
         Cue::Film(seconds) => json!({ "film_s": seconds }),
         Cue::Flight(FlightTime::Seconds(seconds)) => json!({ "flight_s": seconds }),
         Cue::Flight(FlightTime::OfDay(seconds)) => json!({ "seconds_of_day": seconds }),
+        Cue::Flight(FlightTime::Departure) => json!("departure"),
+        Cue::Flight(FlightTime::Arrival) => json!("arrival"),
     };
     let captions: Vec<Value> = captions
         .iter()

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use crate::playback;
 use crate::view::FlightArgs;
 use hedgehop::colour::{linear_from_srgb8, srgb8_from_hex};
-use hedgehop::flight::{BindOptions, Track, read_track};
+use hedgehop::flight::{Track, read_track};
 use hedgehop::objects::Form;
 use hedgehop::progress::Observer;
 use hedgehop::scene::{Beyond, Object, Scene, Trail, TrailColour, TrailQuantity, TrailSource};
@@ -118,12 +118,7 @@ impl TrailArgs {
             }
             // What there is to say of the path is said of the flight.
             let track = Track { notes: Vec::new(), ..own };
-            let options = BindOptions {
-                clearance: flight.clearance,
-                smoothing: flight.smoothing.smoothing(),
-                ..BindOptions::default()
-            };
-            let source = TrailSource::Track { track, start: 0.0, options };
+            let source = TrailSource::Track { track, start: 0.0, options: flight.binding() };
             scene.trails.push(self.trail(source, colour));
         }
 

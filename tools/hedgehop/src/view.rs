@@ -20,7 +20,7 @@ use hedgehop::flight::{Altitude, BindOptions, Horizontal, Track, Trajectory, Vie
 use hedgehop::geo::Crs;
 use hedgehop::progress::Observer;
 use hedgehop::render::RenderOptions;
-use hedgehop::scene::Scene;
+use hedgehop::scene::{OwnFlight, Scene};
 use hedgehop::sunlight::{FilmSun, Night, Sun, SunSetting};
 use hedgehop::voxel::{Header, PageSource};
 use hedgehop::{Error, Result};
@@ -247,16 +247,26 @@ impl FlightArgs {
         if !setup.takes_hfov_from_path() && track.fixes.iter().any(|fix| fix.hfov.is_some()) {
             observer.note("the path's fields of view are for planar screens; this one has its own");
         }
-        let options = BindOptions {
-            level: self.level,
-            hfov: setup.hfov,
-            clearance: self.clearance,
-            smoothing: self.smoothing.smoothing(),
-        };
+        let options = BindOptions { hfov: setup.hfov, ..self.binding() };
         let trajectory =
             over_ground(source, self.world, |crs, ground| Trajectory::bind(&track, crs, ground, &options))?;
         track.notes.iter().chain(trajectory.notes()).for_each(|note| observer.note(note));
         Ok(trajectory)
+    }
+
+    /// Returns the options by which a path is bound, but for the field of view.
+    pub fn binding(&self) -> BindOptions {
+        BindOptions {
+            level: self.level,
+            clearance: self.clearance,
+            smoothing: self.smoothing.smoothing(),
+            ..BindOptions::default()
+        }
+    }
+
+    /// Returns the flight that a scene may hold the body of; `None`: there is a single eye, or views.
+    pub fn own_flight(&self) -> Option<OwnFlight> {
+        OwnFlight::new(self.path.as_deref()?, self.binding())
     }
 
     /// Reads the path, or the single eye.

@@ -17,10 +17,13 @@ const FULL_HALO: f64 = 44.0;
 const LEAST_SIZE: f64 = 0.5;
 
 /// Place of a card on the picture.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum CardPlace {
     /// Middle of the picture, a little higher.
-    Title,
+    Title {
+        /// Width that it may take, pixels.
+        width: f64,
+    },
     /// Middle of the picture, a little lower.
     Credits,
     /// Lower part of the picture, above its figures.
@@ -59,7 +62,10 @@ impl Card {
     ) -> Self {
         let typesetter = Typesetter::new(fonts.faces());
         let room = match place {
-            CardPlace::Title => page.safe().size * DVec2::new(0.9, 0.45),
+            CardPlace::Title { width } => {
+                let room = page.safe().size * DVec2::new(0.9, 0.45);
+                room.min(DVec2::new(width, room.y))
+            }
             CardPlace::Credits => page.safe().size * DVec2::new(0.9, 0.4),
             CardPlace::Caption => page.safe().size * DVec2::new(0.75, 0.3),
         };
@@ -105,7 +111,7 @@ impl Card {
     pub fn layer(&self, page: &Page, free: f64) -> Option<Layer> {
         let middle = page.safe().corner + 0.5 * page.safe().size;
         let top = match self.place {
-            CardPlace::Title => middle.y - 0.2 * page.safe().size.y - 0.5 * self.extent.y,
+            CardPlace::Title { .. } => middle.y - 0.2 * page.safe().size.y - 0.5 * self.extent.y,
             CardPlace::Credits => middle.y + 0.02 * page.safe().size.y - 0.5 * self.extent.y,
             CardPlace::Caption => free - page.px(24.0) - self.extent.y,
         };

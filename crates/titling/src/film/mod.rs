@@ -78,6 +78,15 @@ impl FilmFigures {
         Self { figures, units, utc_offset, page, inset, profile }
     }
 
+    /// Returns the width that a title in the middle may have, clear of the map, pixels.
+    pub fn title_width(&self) -> f64 {
+        let safe = self.page.safe();
+        let middle = safe.corner.x + 0.5 * safe.size.x;
+        let right =
+            self.inset.as_ref().map_or(safe.far().x, |inset| inset.area.corner.x - self.page.px(40.0));
+        2.0 * (right - middle)
+    }
+
     /// Returns the layers of a picture, and the height that is free for captions, pixels from the top.
     pub fn layers(&self, camera: &Camera, readings: &Readings, fonts: &Fonts) -> (Vec<Layer>, f64) {
         let typesetter = Typesetter::new(fonts.faces());

@@ -13,7 +13,7 @@ pub const AHEAD: Ink = Ink { colour: [255, 255, 255], opacity: 0.55 };
 pub const PASSED: Ink = Ink::solid([255, 140, 0]);
 
 /// Colour of panels, behind what needs one.
-pub const PANEL: Ink = Ink { colour: [0, 0, 0], opacity: 0.35 };
+pub const PANEL: Ink = Ink { colour: [0, 0, 0], opacity: 0.45 };
 
 /// Power of a small picture's size by which figures are smaller: letters stay large enough to be read.
 const SMALLER: f64 = 0.8;

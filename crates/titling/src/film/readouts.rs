@@ -3,8 +3,8 @@
 use glam::DVec2;
 
 use super::measure;
-use super::page::{Area, Page, WHITE};
-use crate::layer::Layer;
+use super::page::{Area, PANEL, Page, WHITE};
+use crate::layer::{Layer, rectangle};
 use crate::readings::Readings;
 use crate::text::{TextBlock, TextStyle, Typesetter};
 use hedgehop::scene::{Figures, Units};
@@ -13,8 +13,9 @@ use hedgehop::scene::{Figures, Units};
 const FIGURE: f64 = 38.0;
 const NAME: f64 = 20.0;
 
-/// Space between two figures, units.
+/// Space between two figures, and from them to the panel's border, units.
 const GAP: f64 = 44.0;
+const BORDER: f64 = 14.0;
 
 /// Readouts of a picture.
 pub struct Readouts {
@@ -35,7 +36,7 @@ struct Cell {
 }
 
 impl Readouts {
-    /// Draws them; `None`: there are none.
+    /// Draws them on a panel; `None`: there are none.
     pub fn layer(
         &self,
         readings: &Readings,
@@ -43,6 +44,8 @@ impl Readouts {
         typesetter: &Typesetter<'_>,
     ) -> Option<(Area, Layer)> {
         let set = |text: &str, units: f64| typesetter.set(text, &TextStyle::line(page.letters(units)));
+        let border = DVec2::splat(page.px(BORDER));
+        let most = self.width - 2.0 * border.x;
         let mut placed: Vec<(TextBlock, DVec2)> = Vec::new();
         let (mut at, mut far, mut row_height) = (DVec2::ZERO, DVec2::ZERO, 0.0_f64);
         for cell in self.cells(readings) {
@@ -51,7 +54,7 @@ impl Readouts {
             let width = f64::from(name.extent[0].max(figure.extent[0]).max(usual));
             let below = 0.8 * f64::from(name.extent[1]);
             let height = below + f64::from(figure.extent[1]);
-            if at.x > 0.0 && at.x + width > self.width {
+            if at.x > 0.0 && at.x + width > most {
                 at = DVec2::new(0.0, at.y + row_height);
                 row_height = 0.0;
             }
@@ -70,13 +73,18 @@ impl Readouts {
             placed.push((place, corner));
         }
 
-        let area = Area { corner: DVec2::new(page.safe().corner.x, page.safe().far().y - far.y), size: far };
-        let halo = DVec2::splat(page.px(8.0));
-        let mut layer = Layer::new(area.corner - halo, area.size + 2.0 * halo)?;
-        for (block, corner) in &placed {
-            layer.text(block, area.corner + *corner, WHITE);
+        if placed.is_empty() {
+            return None;
         }
-        (!placed.is_empty()).then_some((area, layer))
+
+        let size = far + 2.0 * border;
+        let area = Area { corner: DVec2::new(page.safe().corner.x, page.safe().far().y - size.y), size };
+        let mut layer = Layer::new(area.corner, area.size)?;
+        layer.fill(&rectangle(area.corner, area.size)?, PANEL);
+        for (block, corner) in &placed {
+            layer.text(block, area.corner + border + *corner, WHITE);
+        }
+        Some((area, layer))
     }
 
     fn cells(&self, readings: &Readings) -> Vec<Cell> {
