@@ -12,8 +12,13 @@ use super::camera_row::{CameraRow, Cell, TimedRow};
 use super::shot::{Chase, Look, Mount, Orbit, Shot};
 use super::track::{Altitude, AltitudeMode, Fix, Horizontal, Track};
 
+/// Returns the cameras that a path file asks for, by their beginnings.
+pub fn camera_shots(track: &Track) -> Vec<Shot> {
+    shots(&track.path, &track.cameras)
+}
+
 /// Makes shots of the rows that belong to fixes, in their order; `path` is the file.
-pub(super) fn shots(path: &Path, rows: &[TimedRow]) -> Vec<Shot> {
+fn shots(path: &Path, rows: &[TimedRow]) -> Vec<Shot> {
     let mut shots = Vec::new();
     let mut rest = rows;
     while let Some((first, _)) = rest.split_first() {

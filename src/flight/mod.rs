@@ -44,6 +44,8 @@ mod xml;
 #[doc(hidden)]
 pub use aim::Subject;
 pub(crate) use angles::Samples;
+#[doc(hidden)]
+pub use camera_shots::camera_shots;
 pub(crate) use csv::{Wanted, read_columns};
 #[doc(hidden)]
 pub use extrapolation::Extrapolation;

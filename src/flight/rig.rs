@@ -163,20 +163,30 @@ impl Rig {
         let steadied = || Steadied::of(&self.flight, stretch);
         let (followed, way) = match &shot.mount {
             Mount::Aboard => {
-                // A film that is so quick shows where the flight goes, not how it turns.
-                let turns = match looked {
-                    Some(Aim::Lowered) => true,
-                    Some(Aim::Pitch(_) | Aim::Down) => self.flight.lacks_pitch(),
-                    _ => false,
+                // A film that is so quick shows where the flight goes, or will be going, not how it turns.
+                let lead = match &looked {
+                    Some(Aim::Lowered) => Some(0.0),
+                    Some(Aim::Pitch(_) | Aim::Down) => self.flight.lacks_pitch().then_some(0.0),
+                    Some(Aim::Ahead(place)) => Some(place.lead),
+                    _ => None,
                 };
-                let eye = if turns && stretch.pace >= QUICK {
+                if let Some(lead) = lead.filter(|_| stretch.pace >= QUICK) {
                     let followed = steadied();
                     let ways = followed.ways(heading, stretch.pace).into_iter().map(|way| way.extend(0.0));
-                    EyePath::Steady(Spline::through(followed.times, ways.collect()))
-                } else {
-                    EyePath::Flight
-                };
-                return Ok(BoundShot { stretch, eye, aim: looked.unwrap_or(Aim::Nose), zoom });
+                    let times = followed.times.iter().map(|time| time - lead).collect();
+                    let eye = EyePath::Steady(Spline::through(times, ways.collect()));
+                    let aim = match looked {
+                        Some(Aim::Pitch(_) | Aim::Down) => looked,
+                        _ => None,
+                    };
+                    return Ok(BoundShot { stretch, eye, aim: aim.unwrap_or(Aim::Lowered), zoom });
+                }
+                return Ok(BoundShot {
+                    stretch,
+                    eye: EyePath::Flight,
+                    aim: looked.unwrap_or(Aim::Nose),
+                    zoom,
+                });
             }
             Mount::Keys(keys) => {
                 let keyed = KeyedPath::bind(keys, site, &mut self.notes)?;

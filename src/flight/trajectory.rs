@@ -15,7 +15,7 @@
 use glam::{DVec2, DVec3};
 
 use super::angles::{Orientations, Samples};
-use super::camera_shots::shots;
+use super::camera_shots::camera_shots;
 use super::ground;
 use super::motion::Motion;
 use super::moving::moving;
@@ -150,7 +150,7 @@ impl Trajectory {
             notes,
             raised,
             lacks_pitch,
-            shots: shots(&track.path, &track.cameras),
+            shots: camera_shots(track),
         })
     }
 

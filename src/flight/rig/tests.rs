@@ -128,6 +128,31 @@ fn a_fast_film_of_a_glider_that_circles_does_not_turn_with_it() {
 }
 
 #[test]
+fn a_fast_film_that_looks_ahead_leads_into_turns_and_does_not_whirl() {
+    let ahead = |flight: &Arc<Trajectory>, speed: f64, lead: f64| {
+        let look = Some(Look::Ahead(lead));
+        rig_over(flight, speed, &[Shot { look, ..Shot::default() }], &|_| None)
+    };
+    let flight = thermal();
+    let film = ahead(&flight, 30.0, 4.0);
+    for second in 100..1100 {
+        let [one, next] = [0.0, 1.0].map(|later| film.pose_at(f64::from(second) + later));
+        let turn =
+            one.attitude.world_from_view().z_axis.angle_between(next.attitude.world_from_view().z_axis);
+        assert!(turn < 1.0_f64.to_radians() && one.attitude.roll == 0.0, "{turn} at {second} s");
+        assert_eq!(one.eye, flight.pose_at(second.into()).eye);
+    }
+
+    // To the north, and after five minutes to the east.
+    let bend = self::flight(600, |time| DVec3::new((time - 300.0).max(0.0), time.min(300.0), 500.0) * 10.0);
+    let turned = |lead: f64| {
+        let film = ahead(&bend, 5.0, lead);
+        (0..600).find(|second| film.pose_at(f64::from(*second)).attitude.yaw > 45.0).expect("a turn")
+    };
+    assert_eq!(turned(0.0) - turned(20.0), 20);
+}
+
+#[test]
 fn an_orbit_takes_its_time_of_the_film() {
     let flight = flight(600, |time| DVec3::new(time, 0.0, 100.0));
     let orbit = Orbit { radius: 200.0, up: 50.0, period: 20.0 };

@@ -19,7 +19,7 @@ use crate::screen::{PLANAR_RANGE, Setup};
 use crate::view::{FlightArgs, over_ground};
 use crate::{area, reference, sharpness};
 use hedgehop::encode::FrameSet;
-use hedgehop::flight::{FilmSite, FrameRate, Look, Mount, Rig, Shot, Timeline, Trajectory, Views};
+use hedgehop::flight::{FilmSite, FrameRate, Look, Rig, Shot, Timeline, Trajectory, Views};
 use hedgehop::progress::Observer;
 use hedgehop::render::NumberedCamera;
 use hedgehop::scene::Scene;
@@ -334,11 +334,6 @@ fn shots(
     if shots.iter().any(|shot| shot.zoom.is_some()) && !setup.takes_hfov_from_path() {
         observer.note("fields of view of the scene's cameras are for planar screens; this one has its own");
     }
-    if shots.iter().any(follows) && !has_body(flight, scene) {
-        observer.note(
-            "what flies has no body to be seen; a scene gives it one: an [[object]] with the path file as its track",
-        );
-    }
     Ok(shots)
 }
 
@@ -347,18 +342,6 @@ fn note_unused_cameras(scene: Option<&Scene>, flag: &str, observer: &dyn Observe
     if scene.is_some_and(|scene| !scene.cameras.is_empty()) {
         observer.note(&format!("the scene's cameras are for a flight; {flag} has its own view"));
     }
-}
-
-/// Whether what flies is in the middle of a shot.
-fn follows(shot: &Shot) -> bool {
-    shot.look.is_none() && matches!(shot.mount, Mount::Chase(_) | Mount::Orbit(_))
-}
-
-/// Whether the scene has an object with the flight's track.
-fn has_body(flight: &FlightArgs, scene: Option<&Scene>) -> bool {
-    let own = flight.own_flight();
-    let mut objects = scene.iter().flat_map(|scene| &scene.objects);
-    own.is_some_and(|own| objects.any(|object| own.has_body(object)))
 }
 
 /// Flight and objects that cameras show.

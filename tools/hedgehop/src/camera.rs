@@ -6,7 +6,9 @@ use clap::Args;
 use serde_json::{Value, json};
 
 use crate::args;
-use hedgehop::flight::{Altitude, AltitudeMode, Chase, Fix, Horizontal, Look, Mount, Orbit, Shot, Track};
+use hedgehop::flight::{
+    Altitude, AltitudeMode, Chase, Fix, Horizontal, Look, Mount, Orbit, Shot, Track, camera_shots,
+};
 use hedgehop::scene::Scene;
 use hedgehop::{Error, Result};
 
@@ -172,6 +174,20 @@ impl CameraArgs {
             }
         }
     }
+}
+
+/// Returns the shots of a film over a track: those of flags, or of its file, or of the scene.
+///
+/// # Errors
+/// An object is named, and there is no scene with it.
+pub fn shots_of(
+    flags: &CameraArgs,
+    track: &Track,
+    scene: Option<&Scene>,
+    mode: Option<AltitudeMode>,
+) -> Result<Vec<Shot>> {
+    let of_file = if flags.is_given() { Vec::new() } else { camera_shots(track) };
+    if of_file.is_empty() { flags.shots(scene, mode) } else { Ok(of_file) }
 }
 
 /// A track of one fix that stands still; `path` names it in messages.

@@ -26,6 +26,7 @@ mod making;
 mod maps;
 mod memory;
 mod output;
+mod own_body;
 mod partner;
 mod pictures;
 mod places;

@@ -186,7 +186,7 @@ fn start(own: &Track, other: &Track, path: &Path, observer: &dyn Observer) -> f6
 }
 
 /// A name after a file, which nothing in the scene has.
-fn free_name(scene: &Scene, path: &Path) -> String {
+pub fn free_name(scene: &Scene, path: &Path) -> String {
     let stem =
         path.file_stem().map_or_else(|| "other".to_owned(), |stem| stem.to_string_lossy().into_owned());
     let stem: String = stem.chars().filter(|char| !char.is_control()).take(100).collect();

@@ -111,7 +111,11 @@ impl Card {
     pub fn layer(&self, page: &Page, free: f64) -> Option<Layer> {
         let middle = page.safe().corner + 0.5 * page.safe().size;
         let top = match self.place {
-            CardPlace::Title { .. } => middle.y - 0.2 * page.safe().size.y - 0.5 * self.extent.y,
+            CardPlace::Title { .. } => {
+                // What is in the middle of the view is seen below it.
+                let centred = middle.y - 0.2 * page.safe().size.y - 0.5 * self.extent.y;
+                centred.min(middle.y - 0.1 * page.safe().size.y - self.extent.y).max(page.safe().corner.y)
+            }
             CardPlace::Credits => middle.y + 0.02 * page.safe().size.y - 0.5 * self.extent.y,
             CardPlace::Caption => free - page.px(24.0) - self.extent.y,
         };

@@ -26,6 +26,7 @@ use crate::finish::{self, Finishing};
 use crate::interrupt::Interrupt;
 use crate::memory::{self, Frames, Late};
 use crate::output::{Files, Origin, Stdout, Stream, WRITER, unfinished};
+use crate::own_body;
 use crate::product::Product;
 use crate::progress::Reporter;
 use crate::running_sun;
@@ -145,6 +146,7 @@ impl FrameRequest {
         let finish = args.finish.finish(scene.as_ref())?;
         let titling = args.titling.titling(scene.as_ref())?;
         let setup = args.film.sized(&args.flight.screen)?.setup()?.behind_lens(finish.distortion)?;
+        let scene = if setup.is_map() { scene } else { own_body::add_to(scene, &args.flight, reporter)? };
         conflicts::check_combination(args, scene.as_ref(), &setup)?;
         conflicts::check_views(args, &finish, &titling)?;
         conflicts::check_labels(args, &finish)?;

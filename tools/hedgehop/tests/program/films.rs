@@ -71,22 +71,82 @@ fn a_climb_is_seen_with_the_ground_in_view() {
     }
 }
 
-#[test]
-fn recordings_without_a_pitch_are_seen_with_the_ground_in_view() {
-    let site = site();
-    // A climb of 6 m/s at 11 m/s over the ground, over a database with a place on Earth.
+/// Level ground on Earth, and a climb over it of 6 m/s at 11 m/s over the ground, for a time of which a second tells how far it is.
+fn site_on_earth(progress: impl Fn(u32) -> Option<f64>) -> TempDir {
+    let site = TempDir::new().expect("a temporary folder");
     let rows = vec![vec!["50"; 80].join(" "); 80].join("\n");
     let head = "ncols 80\nnrows 80\nxllcorner 500000\nyllcorner 5000000\ncellsize 20";
     fs::write(site.path().join("earth.asc"), format!("{head}\n{rows}\n")).expect("the grid is written");
     ends(&run(&site, "build --elevation-crs EPSG:32632 --elevation earth.asc -o earth.hop"), 0);
     let fix = |second: u32| {
-        let (latitude, height) = (45.1545 + 0.0001 * f64::from(second), 100 + 6 * second);
-        format!("{second},9.01,{latitude:.6},{height}\n")
+        let far = progress(second)?;
+        let (latitude, height) = (45.1545 + 0.0001 * far, 100.0 + 6.0 * far);
+        Some(format!("{second},9.01,{latitude:.6},{height}\n"))
     };
-    let fixes: String = (0..=60).map(fix).collect();
+    let fixes: String = (0..).map_while(fix).collect();
     fs::write(site.path().join("climb.csv"), format!("t,lon_deg,lat_deg,alt_msl_m\n{fixes}"))
         .expect("a path");
+    site
+}
 
+#[test]
+fn minutes_on_the_ground_are_no_part_of_a_film_that_has_a_length() {
+    let site = site_on_earth(|second| (second <= 400).then(|| f64::from(second.clamp(200, 260)) - 200.0));
+    let film = |flags: &str, folder: &str| {
+        let flight = "render earth.hop --path climb.csv --size 16x9 --fps 1 --progress none";
+        let said = ends(&run(&site, &format!("{flight} {flags} -o {folder}/####.png")), 0);
+        (said, column(&site, folder, "t_s"))
+    };
+
+    let (said, times) = film("--duration 6s", "short");
+    assert!(
+        said.contains("for its first 200 s and its last 140 s; the film leaves that out, --from 0 --to 400s")
+    );
+    assert!(times[0] == 200.0 && (times[5] - 250.0).abs() < 1e-6, "{times:?}");
+    let (said, times) = film("--duration 4s --from 0 --to 400s", "whole");
+    assert!(!said.contains("stands for") && times == [0.0, 100.0, 200.0, 300.0], "{times:?}");
+
+    // At a pace of its own it is told, and left out by name.
+    let (said, times) = film("--speed 20x --frames 1", "first");
+    assert!(said.contains("--from departure --to arrival leave that out") && times == [0.0]);
+    let (said, times) = film("--speed 20x --from departure --to arrival", "named");
+    assert!(!said.contains("stands for") && times == [200.0, 220.0, 240.0, 260.0], "{times:?}");
+}
+
+#[test]
+fn what_flies_is_seen_from_outside_with_a_body_or_without() {
+    let site = site();
+    let middle = |flags: &str, folder: &str| {
+        let flight = "render area.hop --path climb.csv --size 160x90 --fps 1 --frames 51 --progress none";
+        let said = ends(&run(&site, &format!("{flight} {flags} -o {folder}/####.png")), 0);
+        let frame = fs::read(site.path().join(folder).join("0051.png")).expect("a frame");
+        let picture = image::load_from_memory(&frame).expect("a picture").to_rgb8();
+        let [red, green, blue] = picture.get_pixel(80, 44).0.map(u32::from);
+        (said.contains("stands for what flies"), (red > 2 * blue && red > 2 * green, blue > 2 * red))
+    };
+    let (orange, blue, ground) = ((true, false), (false, true), (false, false));
+    assert_eq!(middle("--chase 50,15", "behind"), (true, orange));
+    assert_eq!(middle("--orbit 50,15", "around"), (true, orange));
+    assert_eq!(middle("--chase 0,900 --look down", "above"), (true, orange));
+    assert_eq!(middle("--look-at 800,800 --orbit 300,100", "place"), (false, ground));
+
+    // One of the scene goes before it, and is raised as the flight is.
+    let body = "[[object]]\nname = \"it\"\nshape = \"sphere\"\nradius_m = 9\ntrack = \"climb.csv\"\ncolour = \"#0010ff\"\n";
+    fs::write(site.path().join("blue.toml"), body).expect("a scene");
+    assert_eq!(middle("--scene blue.toml --chase 50,15", "own"), (false, blue));
+    assert_eq!(middle("--scene blue.toml --chase 50,15 --clearance 900", "raised"), (false, blue));
+
+    // A path file's cameras need it, too.
+    let climb = fs::read_to_string(site.path().join("climb.csv")).expect("the path");
+    let rows = climb.lines().skip(1).map(|row| format!("{row},50,15\n"));
+    let head = "time,x_m,y_m,alt_msl_m,chase_back_m,chase_up_m\n".to_owned();
+    fs::write(site.path().join("climb.csv"), rows.fold(head, |text, row| text + &row)).expect("a path");
+    assert_eq!(middle("", "columns"), (true, orange));
+}
+
+#[test]
+fn recordings_without_a_pitch_are_seen_with_the_ground_in_view() {
+    let site = site_on_earth(|second| (second <= 60).then_some(second.into()));
     let pitch = |flags: &str, folder: &str| {
         let flight = "render earth.hop --path climb.csv --size 16x9 --fps 1 --duration 4s --progress none";
         let said = ends(&run(&site, &format!("{flight} {flags} -o {folder}/####.png")), 0);
