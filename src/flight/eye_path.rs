@@ -65,6 +65,8 @@ pub(super) struct FollowingWay {
     pub eyes: Vec<DVec3>,
     /// Places in the middle of its picture, metres.
     pub middles: Vec<DVec3>,
+    /// Level directions in which the rope leads, of length 1.
+    pub ways: Vec<DVec2>,
 }
 
 /// Middle of a picture in which the flight stays.
@@ -115,13 +117,14 @@ impl Steadied {
     pub fn chased(&self, chase: Chase, heading: f64, pace: f64) -> FollowingWay {
         let rope = self.rope(pace).max(chase.back.abs());
         let length = DVec3::new(chase.back, chase.side, chase.up).length();
-        let eye = |(middle, along): (Middle, DVec2)| {
+        let ways = self.towed(heading, rope);
+        let eye = |(middle, along): (Middle, &DVec2)| {
             let right = DVec2::new(along.y, -along.x);
-            let offset = (chase.side * right - chase.back * along).extend(chase.up);
+            let offset = (chase.side * right - chase.back * *along).extend(chase.up);
             (middle.place + middle.farther * offset, middle.place)
         };
-        let (eyes, middles) = self.middles(length).zip(self.towed(heading, rope)).map(eye).unzip();
-        FollowingWay { eyes, middles }
+        let (eyes, middles) = self.middles(length).zip(&ways).map(eye).unzip();
+        FollowingWay { eyes, middles, ways }
     }
 
     /// Returns what an eye at a distance, metres, follows at each time.
@@ -175,7 +178,7 @@ impl Steadied {
         };
         let distance = orbit.radius.hypot(orbit.up);
         let (eyes, middles) = self.times.iter().zip(self.middles(distance)).map(around).unzip();
-        FollowingWay { eyes, middles }
+        FollowingWay { eyes, middles, ways: self.ways(heading, pace) }
     }
 
     /// Mean speed over ground, metres a second.

@@ -15,7 +15,7 @@ use super::spline::Spline;
 use super::timeline::Timeline;
 use super::trajectory::{BindOptions, Trajectory};
 use super::views::{MomentPose, ViewPoses, Views};
-use crate::space::{Attitude, Pose};
+use crate::space::Pose;
 use hedgehop_base::error::{Error, Result};
 
 /// Seconds of flight in a second of the film from which on turns are too quick to be followed.
@@ -46,8 +46,8 @@ enum EyePath {
     Flight,
     /// The flight's own, with a level nose along a way that changes over time, metres.
     Steady(Spline),
-    /// One that follows it; times as the flight's.
-    Following(Spline),
+    /// One that follows it, with a level nose along a way; times as the flight's.
+    Following { path: Spline, way: Spline },
     /// One of its own.
     Keyed(Box<KeyedPath>),
     /// A single place.
@@ -210,10 +210,12 @@ impl Rig {
             }
         };
 
-        let times = followed.times.clone();
-        let path = clear(Spline::through(times, way.eyes), stretch, site, &mut self.notes);
-        let flight = || Aim::At(Arc::new(Spline::through(followed.times, way.middles)));
-        Ok(BoundShot { stretch, eye: EyePath::Following(path), aim: looked.unwrap_or_else(flight), zoom })
+        let times = || followed.times.clone();
+        let path = clear(Spline::through(times(), way.eyes), stretch, site, &mut self.notes);
+        let ways = way.ways.iter().map(|way| way.extend(0.0)).collect();
+        let eye = EyePath::Following { path, way: Spline::through(times(), ways) };
+        let flight = || Aim::At(Arc::new(Spline::through(times(), way.middles)));
+        Ok(BoundShot { stretch, eye, aim: looked.unwrap_or_else(flight), zoom })
     }
 
     fn aim(&self, look: &Look, from: f64, site: &FilmSite<'_>) -> Result<Aim> {
@@ -239,11 +241,15 @@ impl BoundShot {
     fn pose_at(&self, flight: &Trajectory, seconds: f64) -> Pose {
         let aboard = flight.pose_at(seconds);
         let seconds = if seconds.is_nan() { 0.0 } else { seconds.clamp(0.0, flight.duration()) };
-        let level = Attitude { roll: 0.0, ..aboard.attitude };
         let Pose { eye, attitude: nose, hfov } = match &self.eye {
             EyePath::Flight => aboard,
-            EyePath::Steady(way) => Pose { attitude: towards(way.position(seconds), level.yaw), ..aboard },
-            EyePath::Following(path) => Pose { eye: path.position(seconds), attitude: level, ..aboard },
+            EyePath::Steady(way) => {
+                Pose { attitude: towards(way.position(seconds), aboard.attitude.yaw), ..aboard }
+            }
+            EyePath::Following { path, way } => {
+                let attitude = towards(way.position(seconds), aboard.attitude.yaw);
+                Pose { eye: path.position(seconds), attitude, ..aboard }
+            }
             EyePath::Keyed(keyed) => keyed.pose_at(seconds),
             EyePath::Still(pose) => *pose,
         };

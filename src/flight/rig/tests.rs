@@ -116,6 +116,17 @@ fn a_fast_film_of_a_glider_that_circles_does_not_turn_with_it() {
     assert!(frames(&aboard) > 15.0, "{}", frames(&aboard));
     assert!(frames(&chased) < 0.3, "{}", frames(&chased));
 
+    // Seen from above, it does not turn about the middle, either.
+    let look = Some(Look::Down);
+    let above =
+        Shot { mount: Mount::Chase(Chase { back: 0.0, up: 900.0, side: 0.0 }), look, ..Shot::default() };
+    let above = rig_over(&flight, 30.0, &[above], &|_| None);
+    for frame in 100..1100 {
+        let [one, next] = [frame, frame + 1].map(|frame| above.pose_at(f64::from(frame)).attitude.yaw);
+        let turn = (next - one + 180.0).rem_euclid(360.0) - 180.0;
+        assert!(turn.abs() < 1.0, "{turn}° at {frame} s");
+    }
+
     // The glider is near the middle all the while and not far off, though the camera does not turn with it.
     for step in 100..3500 {
         let seconds = f64::from(step) / 3.0;
