@@ -79,8 +79,8 @@ pub(super) enum Aim {
     At(Arc<dyn Subject>),
 }
 
-/// Highest pitch that keeps ground in sight, degrees: of pictures 60° wide and 16 by 9, the horizon has a third above it.
-const HIGHEST: f64 = -6.0;
+/// Highest pitch that keeps ground in sight, degrees: of pictures 60° wide and 16 by 9, the horizon has a quarter above it.
+const HIGHEST: f64 = -9.0;
 
 /// Distance of what is looked at, metres, below which the nose decides more and more.
 const NEAR: f64 = 2.0;

@@ -17,6 +17,7 @@ use glam::{DVec2, DVec3};
 
 use super::aim::Subject;
 use super::shot::{Chase, Orbit};
+use super::spline::Spline;
 use super::trajectory::Trajectory;
 
 /// Time between two places of a path, seconds of the film, and least seconds of flight.
@@ -88,13 +89,14 @@ impl Steadied {
         let step = if count > 0 { length / count as f64 } else { 0.0 };
         let moment = |index: i64| stretch.begin + step * index as f64;
 
-        // Three standard deviations to either side; beyond its ends the flight goes straight on.
+        // Three standard deviations to either side; beyond its ends the flight is turned about them, which neither circles nor runs away.
         let sigma = if step > 0.0 { STEADY * stretch.pace / step } else { 0.0 };
         let reach = (3.0 * sigma).ceil() as i64;
         let weights: Vec<f64> =
             (-reach..=reach).map(|index| (-0.5 * (index as f64 / sigma.max(1e-9)).powi(2)).exp()).collect();
         let sum: f64 = weights.iter().sum();
-        let raw: Vec<DVec3> = (-reach..=count + reach).map(|index| flight.place_at(moment(index))).collect();
+        let raw: Vec<DVec3> =
+            (-reach..=count + reach).map(|index| continued(flight, moment(index))).collect();
 
         let mean = |window: &[DVec3]| {
             // About the first place, so that large coordinates lose nothing.
@@ -142,6 +144,19 @@ impl Steadied {
         self.towed(heading, self.rope(pace))
     }
 
+    /// Returns the level directions to where the flight will be a time later, seconds of flight, at least 0; the shorter that way is, the more
+    /// they are those of [`Self::ways`]. `heading` is the flight's at its beginning, degrees.
+    pub fn ways_ahead(&self, lead: f64, heading: f64, pace: f64) -> Vec<DVec2> {
+        let path = Spline::through(self.times.clone(), self.places.clone());
+        let rope = self.rope(pace);
+        let ways = self.ways(heading, pace).into_iter().zip(&self.times).zip(&self.places);
+        ways.map(|((way, time), place)| {
+            // A spline stays where it ends.
+            (way + (path.position(time + lead) - *place).truncate() / rope).normalize_or(way)
+        })
+        .collect()
+    }
+
     /// Returns the level directions of a rope of a length, metres.
     fn towed(&self, heading: f64, rope: f64) -> Vec<DVec2> {
         let (sin, cos) = heading.to_radians().sin_cos();
@@ -187,6 +202,14 @@ impl Steadied {
         let length = self.times[self.times.len() - 1] - self.times[0];
         if length > 0.0 { way / length } else { 0.0 }
     }
+}
+
+/// Returns the place of a flight at any time, seconds; before its beginning and behind its end half a turn about these.
+fn continued(flight: &Trajectory, seconds: f64) -> DVec3 {
+    let end = seconds.clamp(0.0, flight.duration());
+    let place = flight.position_at(end);
+    let mirrored = flight.position_at(2.0 * end - seconds);
+    if seconds == end { place } else { 2.0 * place - mirrored }
 }
 
 /// Values of a function of all values within `reach` places of each.

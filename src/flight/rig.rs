@@ -157,7 +157,8 @@ impl Rig {
 
     fn bound(&mut self, shot: &Shot, stretch: Stretch, site: &FilmSite<'_>) -> Result<BoundShot> {
         let heading = self.flight.pose_at(stretch.begin).attitude.yaw;
-        let looked = shot.look.as_ref().map(|look| self.aim(look, shot.from, site)).transpose()?;
+        let looked =
+            shot.look.as_ref().map(|look| self.aim(look, shot.from, stretch.pace, site)).transpose()?;
         let zoom = shot.zoom;
 
         let steadied = || Steadied::of(&self.flight, stretch);
@@ -172,9 +173,9 @@ impl Rig {
                 };
                 if let Some(lead) = lead.filter(|_| stretch.pace >= QUICK) {
                     let followed = steadied();
-                    let ways = followed.ways(heading, stretch.pace).into_iter().map(|way| way.extend(0.0));
-                    let times = followed.times.iter().map(|time| time - lead).collect();
-                    let eye = EyePath::Steady(Spline::through(times, ways.collect()));
+                    let ways = followed.ways_ahead(lead, heading, stretch.pace);
+                    let ways = ways.into_iter().map(|way| way.extend(0.0)).collect();
+                    let eye = EyePath::Steady(Spline::through(followed.times, ways));
                     let aim = match looked {
                         Some(Aim::Pitch(_) | Aim::Down) => looked,
                         _ => None,
@@ -218,13 +219,13 @@ impl Rig {
         Ok(BoundShot { stretch, eye, aim: looked.unwrap_or_else(flight), zoom })
     }
 
-    fn aim(&self, look: &Look, from: f64, site: &FilmSite<'_>) -> Result<Aim> {
+    fn aim(&self, look: &Look, from: f64, pace: f64, site: &FilmSite<'_>) -> Result<Aim> {
         Ok(match look {
             Look::Nose => Aim::Nose,
             Look::Lowered => Aim::Lowered,
             Look::Pitch(pitch) => Aim::Pitch(*pitch),
             Look::Down => Aim::Down,
-            Look::Ahead(lead) => Aim::Ahead(PlaceAhead { flight: self.flight.clone(), lead: *lead }),
+            Look::Ahead(lead) => Aim::Ahead(PlaceAhead { flight: self.flight.clone(), lead: lead * pace }),
             Look::Place(track) => Aim::At(Arc::new(FixedPlace(place(track, site)?))),
             Look::Moving(track) => {
                 let path = bound_place(track, site, &BindOptions::default())?;

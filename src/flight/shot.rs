@@ -149,7 +149,7 @@ pub enum Look {
     Pitch(f64),
     /// Straight down, with the top of the picture where the nose points.
     Down,
-    /// At the place of the flight so many seconds later, ≥ 0, with a level horizon, but no higher than keeps the ground in sight.
+    /// At the place of the flight so many seconds of the film later, ≥ 0, with a level horizon, but no higher than keeps the ground in sight.
     Ahead(f64),
     /// At a place: a track of one fix.
     Place(Track),

@@ -19,7 +19,7 @@ pub struct CameraArgs {
     #[arg(long, value_name = "DEGREES", value_parser = pitch, allow_hyphen_values = true, conflicts_with_all = ["eye", "views"])]
     pub pitch: Option<f64>,
 
-    /// Direction of the view: ahead, along the nose; down; or a time, 5s, at the place where the flight will be then, 6° below the horizon or lower
+    /// Direction of the view: ahead, along the nose; down; or a time of the film, 5s, at the place where the flight will be then, 9° below the horizon or lower
     /// [default: ahead, lowered likewise for recordings without a pitch]
     #[arg(long, value_name = "WHERE", value_parser = look, allow_hyphen_values = true, conflicts_with_all = ["eye", "views", "pitch"])]
     pub look: Option<LookWord>,
@@ -49,7 +49,7 @@ pub enum LookWord {
     Nose,
     /// Straight down.
     Down,
-    /// At the place of the flight so many seconds later.
+    /// At the place of the flight so many seconds of the film later.
     Ahead(f64),
 }
 

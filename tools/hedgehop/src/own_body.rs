@@ -16,7 +16,7 @@ use hedgehop::{Error, Result};
 
 /// Length of the body in distances of the eye: some 10° of a view along the ground, and less of one from above, which shows all of it.
 const LENGTH: f64 = 0.17;
-const LENGTH_FROM_ABOVE: f64 = 0.09;
+const LENGTH_FROM_ABOVE: f64 = 0.06;
 /// Bounds of its length, metres.
 const LEAST_LENGTH: f64 = 2.0;
 const MOST_LENGTH: f64 = 2000.0;

@@ -105,12 +105,12 @@ pub fn elapsed(seconds: f64) -> String {
 }
 
 /// Returns longitude and latitude, degrees, as text.
-pub fn geographic([longitude, latitude]: [f64; 2]) -> String {
+pub fn geographic([longitude, latitude]: [f64; 2]) -> [String; 2] {
     let part = |degrees: f64, names: [char; 2]| {
         let name = names[usize::from(degrees < 0.0)];
         format!("{:.4}° {name}", degrees.abs())
     };
-    format!("{}   {}", part(latitude, ['N', 'S']), part(longitude, ['E', 'W']))
+    [part(latitude, ['N', 'S']), part(longitude, ['E', 'W'])]
 }
 
 /// Rounds to a whole number, without a minus before 0, and with a true minus.
@@ -183,6 +183,6 @@ mod tests {
         // Frames lie a rounding beside their seconds.
         assert_eq!([clock(50_400.0 - 1e-9, 0.0), elapsed(3725.0 - 1e-9)], ["14:00:00", "1:02:05"]);
         assert_eq!([0.0, 2.0, -3.5, 5.75].map(clock_name), ["UTC", "UTC+2", "UTC−3:30", "UTC+5:45"]);
-        assert_eq!(geographic([-10.271_14, 47.331_26]), "47.3313° N   10.2711° W");
+        assert_eq!(geographic([-10.271_14, 47.331_26]), ["47.3313° N", "10.2711° W"]);
     }
 }

@@ -31,6 +31,8 @@ pub struct Readouts {
 struct Cell {
     name: String,
     figure: String,
+    /// Size of the figure, units.
+    size: f64,
     /// Widest text that such a figure usually is, so that those behind it stand still.
     widest: &'static str,
 }
@@ -49,10 +51,10 @@ impl Readouts {
         let mut placed: Vec<(TextBlock, DVec2)> = Vec::new();
         let (mut at, mut far, mut row_height) = (DVec2::ZERO, DVec2::ZERO, 0.0_f64);
         for cell in self.cells(readings) {
-            let (name, figure) = (set(&cell.name, NAME), set(&cell.figure, FIGURE));
-            let usual = typesetter.width(cell.widest, page.letters(FIGURE));
+            let (name, figure) = (set(&cell.name, NAME), set(&cell.figure, cell.size));
+            let usual = typesetter.width(cell.widest, page.letters(cell.size));
             let width = f64::from(name.extent[0].max(figure.extent[0]).max(usual));
-            let below = 0.8 * f64::from(name.extent[1]);
+            let below = if cell.size > NAME { 0.8 } else { 1.0 } * f64::from(name.extent[1]);
             let height = below + f64::from(figure.extent[1]);
             if at.x > 0.0 && at.x + width > most {
                 at = DVec2::new(0.0, at.y + row_height);
@@ -64,13 +66,6 @@ impl Readouts {
             far = far.max(at + DVec2::new(width, height));
             row_height = row_height.max(height);
             at.x += width + page.px(GAP);
-        }
-
-        if self.figures.place {
-            let place = set(&self.place(readings), NAME);
-            let corner = DVec2::new(0.0, far.y);
-            far = far.max(corner + DVec2::new(f64::from(place.extent[0]), f64::from(place.extent[1])));
-            placed.push((place, corner));
         }
 
         if placed.is_empty() {
@@ -90,7 +85,7 @@ impl Readouts {
     fn cells(&self, readings: &Readings) -> Vec<Cell> {
         let mut cells = Vec::new();
         let mut add = |name: &str, figure: String, widest: &'static str| {
-            cells.push(Cell { name: name.to_owned(), figure, widest });
+            cells.push(Cell { name: name.to_owned(), figure, size: FIGURE, widest });
         };
         if self.figures.clock {
             match readings.clock {
@@ -119,13 +114,16 @@ impl Readouts {
             add("Speed", measure::speed(level, self.units), fast);
             add("Climb", measure::climb(up, self.units), steep);
         }
-        cells
-    }
-
-    fn place(&self, readings: &Readings) -> String {
-        match readings.lonlat {
-            Some(lonlat) => measure::geographic(lonlat),
-            None => format!("x {:.0} m   y {:.0} m", readings.place.x, readings.place.y),
+        if self.figures.place {
+            let ([name, figure], widest) = match readings.lonlat {
+                Some(lonlat) => (measure::geographic(lonlat), "000.0000° W"),
+                None => {
+                    let DVec2 { x, y } = readings.place;
+                    ([format!("x {x:.0} m"), format!("y {y:.0} m")], "y 0000000 m")
+                }
+            };
+            cells.push(Cell { name, figure, size: NAME, widest });
         }
+        cells
     }
 }

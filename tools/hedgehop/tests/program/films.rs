@@ -62,7 +62,7 @@ fn a_climb_is_seen_with_the_ground_in_view() {
         ("nose", "", 26.6),
         ("pitched", "--pitch -10", -10.0),
         ("down", "--look down", -90.0),
-        ("led", "--look 20s", -6.0),
+        ("led", "--look 20s", -9.0),
     ] {
         render(&site, &format!("{flags} --speed 25x"), folder);
         for found in column(&site, folder, "pitch_deg") {
@@ -152,7 +152,7 @@ fn recordings_without_a_pitch_are_seen_with_the_ground_in_view() {
         let said = ends(&run(&site, &format!("{flight} {flags} -o {folder}/####.png")), 0);
         (said.contains("low enough to show the ground"), column(&site, folder, "pitch_deg")[2].round())
     };
-    assert_eq!(pitch("", "held"), (true, -6.0));
+    assert_eq!(pitch("", "held"), (true, -9.0));
     assert_eq!(pitch("--look ahead", "nose"), (false, 28.0));
     assert_eq!(pitch("--pitch 3", "own"), (false, 3.0));
     // Other screens see the ground anyway, and are held by who looks around.
