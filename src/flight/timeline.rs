@@ -11,9 +11,9 @@ pub enum FlightTime {
     Seconds(f64),
     /// Seconds after midnight, UTC: the first such moment of the part of the flight that is asked about.
     OfDay(f64),
-    /// Departure: the flight stands before it.
+    /// Departure: the flight stands, or hardly moves, before it.
     Departure,
-    /// Arrival: the flight stands after it.
+    /// Arrival: the flight stands, or hardly moves, after it.
     Arrival,
 }
 
@@ -49,9 +49,9 @@ impl Default for Playback {
 pub struct FlightSpan {
     /// Time from the first fix to the last, seconds.
     pub duration: f64,
-    /// Departure, seconds after the first fix: it stands before it.
+    /// Departure, seconds after the first fix.
     pub departure: f64,
-    /// Arrival, seconds after the first fix: it stands after it.
+    /// Arrival, seconds after the first fix.
     pub arrival: f64,
     /// Seconds after midnight, UTC, of the first fix, if the file tells the time.
     pub time_of_day: Option<f64>,

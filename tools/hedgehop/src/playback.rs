@@ -12,7 +12,7 @@ const SPEEDS: [f64; 2] = [1.0e-4, 1.0e6];
 /// Seconds of a day.
 const DAY: f64 = 86_400.0;
 
-/// Seconds of a film in which it is too long to stand.
+/// Seconds of a film that are too long for what hardly moves.
 const TOO_LONG: f64 = 2.0;
 
 /// Longest film, seconds.
@@ -30,7 +30,7 @@ pub struct PlaybackArgs {
     pub duration: Option<f64>,
 
     /// Moment of the flight that the film begins at: after the first fix (90s, 2m30s), by the clock of the file, UTC (14:05, 14:05:30, 16:05+02:00), or departure,
-    /// which leaves out that it stands before it [default: the first fix; with --duration the departure of a recording]
+    /// which leaves out that it stands or taxies before it [default: the first fix; with --duration the departure of a recording]
     #[arg(long, value_name = "TIME", value_parser = flight_time, allow_hyphen_values = true, conflicts_with_all = ["eye", "views"])]
     pub from: Option<FlightTime>,
 
@@ -72,11 +72,12 @@ impl PlaybackArgs {
             playback.to = self.to.or(stands_after.then_some(FlightTime::Arrival));
             let end = (10.0 * span.duration).floor() / 10.0;
             observer.note(&format!(
-                "what flies stands {times}; the film leaves that out, --from 0 --to {end}s does not"
+                "what flies hardly moves {times}; the film leaves that out, --from 0 --to {end}s does not"
             ));
         } else {
-            observer
-                .note(&format!("what flies stands {times}; --from departure --to arrival leave that out"));
+            observer.note(&format!(
+                "what flies hardly moves {times}; --from departure --to arrival leave that out"
+            ));
         }
         playback
     }

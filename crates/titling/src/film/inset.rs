@@ -54,7 +54,7 @@ impl InsetMap {
         let ways = relief.window.parts(track.iter().map(|point| point.place.truncate()));
         for way in ways {
             if let Some(path) = polyline(way.iter().map(|share| corner + *share * size)) {
-                layer.stroke(&path, line + page.px(2.0), Ink::solid([0; 3]).faint(0.35));
+                layer.stroke(&path, line + page.px(3.0), Ink::solid([0; 3]).faint(0.6));
                 layer.stroke(&path, line, AHEAD.faint(0.9));
             }
         }
