@@ -13,6 +13,8 @@
 //! is strayed beyond, it goes along with, turning no more than before. What is towed runs straight behind, cuts wide turns a little, and only swings in turns that are tighter than the
 //! rope (the tractrix of Huygens 1692).
 
+use std::f64::consts::PI;
+
 use glam::{DVec2, DVec3};
 
 use super::aim::Subject;
@@ -35,6 +37,12 @@ const LAG: f64 = 1.0;
 const IN_VIEW: f64 = 0.2;
 /// Distances from which an eye sees at most what strays from the middle.
 const DRAWN_BACK: f64 = 2.0;
+
+/// Angle between a rope and the way of what tows it from which on it is pushed, that before half a turn over which it ceases to turn, and the
+/// least share of its turning there; radians.
+const PUSHED: f64 = 2.0 * PI / 3.0;
+const LAST: f64 = PI / 18.0;
+const BIAS: f64 = 0.1;
 
 /// Part of a flight that a shot shows.
 #[derive(Debug, Clone, Copy)]
@@ -160,10 +168,13 @@ impl Steadied {
     /// Returns the level directions of a rope of a length, metres.
     fn towed(&self, heading: f64, rope: f64) -> Vec<DVec2> {
         let (sin, cos) = heading.to_radians().sin_cos();
-        let mut towed = self.places[0].truncate() - rope * DVec2::new(sin, cos);
+        let mut before = self.places[0].truncate();
+        let mut towed = before - rope * DVec2::new(sin, cos);
         let along = |place: &DVec3| {
-            let along = (place.truncate() - towed).normalize_or(DVec2::Y);
-            towed = place.truncate() - rope * along;
+            let place = place.truncate();
+            let along = turned((place - towed).normalize_or(DVec2::Y), place - before, rope);
+            before = place;
+            towed = place - rope * along;
             along
         };
         self.places.iter().map(along).collect()
@@ -202,6 +213,22 @@ impl Steadied {
         let length = self.times[self.times.len() - 1] - self.times[0];
         if length > 0.0 { way / length } else { 0.0 }
     }
+}
+
+/// Turns the direction of a rope that is pushed back, on a way of metres, as fast as one that is pulled by a sharp angle: on its own it would stay
+/// as it is for long, with what flies coming straight at the eye.
+fn turned(along: DVec2, way: DVec2, rope: f64) -> DVec2 {
+    let angle = along.angle_to(way);
+    let pushed = angle.abs() - PUSHED;
+    if way == DVec2::ZERO || pushed <= 0.0 {
+        return along;
+    }
+
+    // All of it from PUSHED on, and evenly less over the last degrees before half a turn; exactly there it goes right.
+    let share = ((PI - angle.abs()) / LAST).clamp(BIAS, 1.0);
+    let missing = share * PUSHED.sin() - angle.abs().sin();
+    let turn = missing.max(0.0) * way.length() / rope * if angle > 0.0 { 1.0 } else { -1.0 };
+    DVec2::from_angle(turn).rotate(along)
 }
 
 /// Returns the place of a flight at any time, seconds; before its beginning and behind its end half a turn about these.

@@ -17,8 +17,8 @@ const MOST_STEPS: f64 = 1.0e5;
 
 /// Returns departure and arrival, seconds after the first fix; of a flight that stays where it is, its beginning and end.
 ///
-/// Departure is the last fix within 10 m of the first one before the flight is 25 m from it, or later, five seconds before it is first
-/// faster for ten seconds than a third of its speed, the upper quartile of all; arrival is the same from the end.
+/// Departure is the last fix within 10 m of the first one before the flight is 25 m from it. On the level it is later, five seconds before
+/// it is first faster for ten seconds than a third of its speed, the upper quartile of all. Arrival is the same from the end.
 pub(super) fn moving(path: &Spline) -> [f64; 2] {
     let times = path.times();
     let last = times.len() - 1;
@@ -52,7 +52,7 @@ fn left<'p>(mut places: impl Iterator<Item = &'p DVec3>) -> Option<usize> {
 /// Narrows a part of a flight to what is not slow at its ends.
 fn fast(path: &Spline, [from, to]: [f64; 2]) -> [f64; 2] {
     // A float converts saturating.
-    let count = ((to - from) / STEP).clamp(1.0, MOST_STEPS) as usize;
+    let count = ((to - from) / STEP).clamp(2.0, MOST_STEPS) as usize;
     let step = (to - from) / count as f64;
     let moment = |index: usize| from + step * index as f64;
     let places: Vec<DVec3> = (0..=count).map(|index| path.position(moment(index))).collect();
@@ -61,11 +61,17 @@ fn fast(path: &Spline, [from, to]: [f64; 2]) -> [f64; 2] {
     let mut sorted = speeds.clone();
     let (_, quartile, _) = sorted.select_nth_unstable_by(3 * count / 4, f64::total_cmp);
     let least = SLOW * *quartile;
-    let is_fast = |pair: &[f64]| pair.iter().all(|speed| *speed >= least);
-    let mut pairs = speeds.windows(2);
-    match (pairs.position(is_fast), speeds.windows(2).rposition(is_fast)) {
+    let is_fast = |index: &usize| speeds[*index].min(speeds[index + 1]) >= least;
+    // What is higher or lower flies, however slow it is.
+    let is_level = |index: &usize, end: usize| (places[*index].z - places[end].z).abs() <= AWAY;
+    let pairs = 0..count - 1;
+    let first = pairs.clone().find(|index| is_fast(index) || !is_level(index, 0));
+    let last = pairs.rev().find(|index| is_fast(index) || !is_level(&(index + 2), count));
+    match (first, last) {
         // The part begins a step before the first pair, and ends a step behind the last one.
-        (Some(first), Some(last)) => [moment(first.saturating_sub(1)), moment((last + 3).min(count))],
+        (Some(first), Some(last)) if first <= last => {
+            [moment(first.saturating_sub(1)), moment((last + 3).min(count))]
+        }
         _ => [from, to],
     }
 }
@@ -105,6 +111,17 @@ mod tests {
         let [departure, arrival] = moving_along(|time| flown(time) + drift(time));
         assert!((240.0..=251.0).contains(&departure), "{departure}");
         assert!((449.0..=460.0).contains(&arrival), "{arrival}");
+    }
+
+    #[test]
+    fn a_slow_climb_is_flown() {
+        // 50 s of rest, 100 s up at 3 m/s, and on at 40 m/s.
+        let flown = |time: f64| {
+            let up = 3.0 * (time - 50.0).clamp(0.0, 100.0);
+            DVec3::new(40.0 * (time - 150.0).max(0.0), 0.0, up)
+        };
+        let [departure, arrival] = moving_along(flown);
+        assert!((46.0..=62.0).contains(&departure) && arrival > 594.0, "{departure} {arrival}");
     }
 
     #[test]

@@ -55,6 +55,8 @@ pub struct TextBlock {
     pub size: f32,
     /// Outline of all letters; `None`: it has none.
     pub outline: Option<Path>,
+    /// Whether it ends before the text does.
+    pub is_cut: bool,
 }
 
 /// Sets text in the faces of some fonts.
@@ -127,10 +129,12 @@ impl<'f> Typesetter<'f> {
         let mut builder = PathBuilder::new();
         let mut lines: Vec<SetLine> = Vec::new();
         let bidi = BidiInfo::new(text, None);
+        let mut is_cut = false;
         'text: for paragraph in &bidi.paragraphs {
             for line in self.lines(&bidi, paragraph, style) {
                 if lines.len() == style.most_lines {
                     self.cut(&mut lines, style.size);
+                    is_cut = true;
                     break 'text;
                 }
                 let width = self.line(&bidi, paragraph, line, style.size, &mut builder);
@@ -152,7 +156,8 @@ impl<'f> Typesetter<'f> {
                 builder.push_path(&outline);
             }
         }
-        TextBlock { extent: [widest, tall * lines.len() as f32], size: style.size, outline: builder.finish() }
+        let extent = [widest, tall * lines.len() as f32];
+        TextBlock { extent, size: style.size, outline: builder.finish(), is_cut }
     }
 
     /// Ends the last line with an ellipsis.

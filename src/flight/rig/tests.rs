@@ -167,6 +167,26 @@ fn a_fast_film_that_looks_ahead_leads_into_turns_and_does_not_whirl() {
 }
 
 #[test]
+fn a_chase_turns_round_where_the_flight_does() {
+    // To the north at 12 m/s for 100 s, and straight back.
+    let flight = flight(200, |time| DVec3::new(0.0, 12.0 * (100.0 - (time - 100.0).abs()), 300.0));
+    let chase = rig(&flight, 1.0, Mount::Chase(BEHIND));
+    let off = |seconds: f64| (chase.pose_at(seconds).attitude.yaw - 180.0).abs();
+    assert!(
+        (off(95.0) - 180.0).abs() < 1.0 && off(120.0) < 60.0 && off(135.0) < 15.0,
+        "{} {}",
+        off(120.0),
+        off(135.0)
+    );
+    let turns = (0..2000).map(|step| {
+        let [one, next] = [0.1, 0.2].map(|later| chase.pose_at(f64::from(step) * 0.1 + later).attitude.yaw);
+        ((next - one + 180.0).rem_euclid(360.0) - 180.0).abs()
+    });
+    let quickest = turns.fold(0.0, f64::max);
+    assert!(quickest < 3.0, "{quickest}° in a tenth of a second");
+}
+
+#[test]
 fn an_orbit_takes_its_time_of_the_film() {
     let flight = flight(600, |time| DVec3::new(time, 0.0, 100.0));
     let orbit = Orbit { radius: 200.0, up: 50.0, period: 20.0 };

@@ -17,9 +17,9 @@ use hedgehop::{Error, Result};
 /// Length of the body in distances of the eye: some 10° of a view along the ground, and less of one from above, which shows all of it.
 const LENGTH: f64 = 0.17;
 const LENGTH_FROM_ABOVE: f64 = 0.06;
-/// Bounds of its length, metres.
-const LEAST_LENGTH: f64 = 2.0;
+/// Greatest length, metres, and distance of the eye up to which it is within what flies.
 const MOST_LENGTH: f64 = 2000.0;
+const WITHIN: f64 = 1.0;
 
 /// Colour of the body, sRGB.
 const COLOUR: [u8; 3] = [255, 80, 32];
@@ -41,7 +41,7 @@ pub fn add_to(scene: Option<Scene>, flight: &FlightArgs, observer: &dyn Observer
 
     let mut scene = scene.unwrap_or_default();
     observer.note(&format!(
-        "an aeroplane of {length:.0} m stands for what flies; a scene gives it another body: an [[object]] with the path file as its track"
+        "an aeroplane of {length:.1} m stands for what flies; a scene gives it another body: an [[object]] with the path file as its track"
     ));
     let name = trails::free_name(&scene, &track.path);
     // What there is to say of the path is said of the flight.
@@ -60,7 +60,8 @@ fn length(shot: &Shot) -> Option<f64> {
         _ => return None,
     };
     let share = if up.abs() > along { LENGTH_FROM_ABOVE } else { LENGTH };
-    Some((share * along.hypot(up)).clamp(LEAST_LENGTH, MOST_LENGTH))
+    let distance = along.hypot(up);
+    (distance > WITHIN).then_some((share * distance).min(MOST_LENGTH))
 }
 
 /// An aeroplane on a track.
@@ -132,7 +133,7 @@ mod tests {
         assert_eq!(length(&shot(Mount::Aboard)), None);
         assert_eq!(length(&shot(chase(40.0, 30.0))), Some(50.0 * LENGTH));
         assert_eq!(length(&shot(chase(0.0, 1000.0))), Some(1000.0 * LENGTH_FROM_ABOVE));
-        assert_eq!(length(&shot(chase(0.0, 0.5))), Some(LEAST_LENGTH));
+        assert_eq!(length(&shot(chase(0.0, 0.5))), None);
         let orbit = Mount::Orbit(Orbit { radius: 400.0, up: 300.0, period: 60.0 });
         assert_eq!(length(&shot(orbit.clone())), Some(500.0 * LENGTH));
         let around_a_place = Shot { look: Some(hedgehop::flight::Look::Down), ..shot(orbit) };

@@ -48,7 +48,7 @@ impl PlaybackArgs {
             (None, speed) => Pace::Speed(speed.unwrap_or(1.0)),
         };
         let mut playback = Playback { pace, from: self.from, to: self.to };
-        if !flown.lacks_pitch() {
+        if !flown.lacks_pitch() || self.from.is_some() || self.to.is_some() {
             return playback;
         }
 
@@ -58,8 +58,7 @@ impl PlaybackArgs {
             Pace::Duration(seconds) => span.duration / seconds,
         };
         let (before, after) = (span.departure, span.duration - span.arrival);
-        let [stands_before, stands_after] = [(self.from, before), (self.to, after)]
-            .map(|(said, stands)| said.is_none() && stands > speed * TOO_LONG);
+        let [stands_before, stands_after] = [before, after].map(|stands| stands > speed * TOO_LONG);
         let times = match (stands_before, stands_after) {
             (true, true) => format!("for its first {before:.0} s and its last {after:.0} s"),
             (true, false) => format!("for its first {before:.0} s"),
@@ -68,8 +67,8 @@ impl PlaybackArgs {
         };
 
         if self.duration.is_some() {
-            playback.from = self.from.or(stands_before.then_some(FlightTime::Departure));
-            playback.to = self.to.or(stands_after.then_some(FlightTime::Arrival));
+            playback.from = stands_before.then_some(FlightTime::Departure);
+            playback.to = stands_after.then_some(FlightTime::Arrival);
             let end = (10.0 * span.duration).floor() / 10.0;
             observer.note(&format!(
                 "what flies hardly moves {times}; the film leaves that out, --from 0 --to {end}s does not"

@@ -2,6 +2,7 @@
 
 use glam::DVec2;
 
+use super::compass::Compass;
 use super::page::{Page, WHITE};
 use crate::fonts::Fonts;
 use crate::layer::Layer;
@@ -112,9 +113,11 @@ impl Card {
         let middle = page.safe().corner + 0.5 * page.safe().size;
         let top = match self.place {
             CardPlace::Title { .. } => {
-                // What is in the middle of the view is seen below it.
+                // What is in the middle of the view is seen below it, and the compass above it.
                 let centred = middle.y - 0.2 * page.safe().size.y - 0.5 * self.extent.y;
-                centred.min(middle.y - 0.1 * page.safe().size.y - self.extent.y).max(page.safe().corner.y)
+                centred
+                    .min(middle.y - 0.1 * page.safe().size.y - self.extent.y)
+                    .max(Compass::bottom(page) + page.px(10.0))
             }
             CardPlace::Credits => middle.y + 0.02 * page.safe().size.y - 0.5 * self.extent.y,
             CardPlace::Caption => free - page.px(24.0) - self.extent.y,
@@ -138,11 +141,16 @@ impl Card {
 fn balanced(typesetter: &Typesetter<'_>, text: &str, style: &TextStyle) -> TextBlock {
     const TRIES: usize = 6;
     let mut best = typesetter.set(text, style);
+    // One that is cut would be as tall in a single letter's width.
+    if best.is_cut {
+        return best;
+    }
+
     let (mut narrow, mut wide) = (0.0, best.extent[0]);
     for _ in 0..TRIES {
         let width = 0.5 * (narrow + wide);
         let block = typesetter.set(text, &TextStyle { width, ..*style });
-        let fits = block.extent[1] <= best.extent[1] && block.extent[0] <= best.extent[0];
+        let fits = !block.is_cut && block.extent[1] <= best.extent[1] && block.extent[0] <= best.extent[0];
         if fits {
             wide = width.min(block.extent[0]);
             best = block;

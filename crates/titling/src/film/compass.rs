@@ -18,6 +18,11 @@ pub struct Compass {
 }
 
 impl Compass {
+    /// Returns the row below it.
+    pub fn bottom(page: &Page) -> f64 {
+        page.safe().corner.y + page.px(2.0 * RADIUS)
+    }
+
     /// Places it at the upper edge of the page, its right side at a column.
     pub fn new(right: f64, heading: f64, page: &Page) -> Self {
         let side = 2.0 * page.px(RADIUS);

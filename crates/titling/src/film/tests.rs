@@ -150,6 +150,21 @@ fn cards_fade_and_make_way() {
 }
 
 #[test]
+fn long_titles_are_set_across_and_clear_of_map_and_compass() {
+    let lines = "One\nTwo\nThree\nFour\nFive\nSix\nSeven\nEight\nNine\nTen\nEleven\nTwelve";
+    let words = "Very long title word ".repeat(20);
+    for title in [lines, words.trim()] {
+        let with = Titling { title: Some(title.into()), figures: Figures::ALL, ..Titling::default() };
+        let figures = Titling { figures: Figures::ALL, ..Titling::default() };
+        let (titled, plain) = (drawn(&with, &[], 2.0, 0.0), drawn(&figures, &[], 2.0, 0.0));
+        let changed = titled.rgb.iter().zip(&plain.rgb).map(|(a, b)| if a == b { 90 } else { 0 }).collect();
+        let [left, right, top, _] = bounds(&Picture { rgb: changed, ..plain }, differs).unwrap();
+        // The map begins some 150 pixels from the right border, and the compass ends 56 below the upper one.
+        assert!(right - left > 40 && right < 640 - 150 && top > 56, "{title}: {left} {right} {top}");
+    }
+}
+
+#[test]
 fn films_without_a_way_or_of_one_frame_are_drawn() {
     let (source, track) = site();
     let titling = Titling { figures: Figures::ALL, title: Some("T".into()), ..Titling::default() };
