@@ -3,8 +3,6 @@
 //! A row whose cells ask for another camera than the row before begins a shot. Within one the place that is looked at
 //! moves from row to row; all else stays.
 
-use std::path::Path;
-
 use super::camera_row::Cell::{
     Ahead, Back, Latitude, Longitude, OrbitUp, Pitch, Radius, Side, Turn, Up, X, Y, Z,
 };
@@ -14,13 +12,8 @@ use super::track::{Altitude, AltitudeMode, Fix, Horizontal, Track};
 
 /// Returns the cameras that a path file asks for, by their beginnings.
 pub fn camera_shots(track: &Track) -> Vec<Shot> {
-    shots(&track.path, &track.cameras)
-}
-
-/// Makes shots of the rows that belong to fixes, in their order; `path` is the file.
-fn shots(path: &Path, rows: &[TimedRow]) -> Vec<Shot> {
     let mut shots = Vec::new();
-    let mut rest = rows;
+    let mut rest: &[TimedRow] = &track.cameras;
     while let Some((first, _)) = rest.split_first() {
         let count = rest.iter().take_while(|timed| timed.row.is_like(&first.row)).count();
         let (own, others) = rest.split_at(count);
@@ -28,8 +21,8 @@ fn shots(path: &Path, rows: &[TimedRow]) -> Vec<Shot> {
 
         let fixes: Vec<Fix> =
             own.iter().filter_map(|timed| place(&timed.row, timed.time - first.time)).collect();
-        let track = |fixes: Vec<Fix>| Track {
-            path: path.to_owned(),
+        let looked_at = |fixes: Vec<Fix>| Track {
+            path: track.path.clone(),
             format: "CSV",
             fixes,
             clock: None,
@@ -40,7 +33,7 @@ fn shots(path: &Path, rows: &[TimedRow]) -> Vec<Shot> {
             (Some(lead), _) => Some(Look::Ahead(lead)),
             (None, Some(pitch)) => Some(Look::Pitch(pitch)),
             (None, None) if fixes.is_empty() => None,
-            (None, None) => Some(Look::Moving(track(fixes))),
+            (None, None) => Some(Look::Moving(looked_at(fixes))),
         };
         shots.push(Shot { from: first.time, mount: mount(&first.row), look, zoom: None });
     }

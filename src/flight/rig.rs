@@ -164,30 +164,8 @@ impl Rig {
         let steadied = || Steadied::of(&self.flight, stretch);
         let (followed, way) = match &shot.mount {
             Mount::Aboard => {
-                // A film that is so quick shows where the flight goes, or will be going, not how it turns.
-                let lead = match &looked {
-                    Some(Aim::Lowered) => Some(0.0),
-                    Some(Aim::Pitch(_) | Aim::Down) => self.flight.lacks_pitch().then_some(0.0),
-                    Some(Aim::Ahead(place)) => Some(place.lead),
-                    _ => None,
-                };
-                if let Some(lead) = lead.filter(|_| stretch.pace >= QUICK) {
-                    let followed = steadied();
-                    let ways = followed.ways_ahead(lead, heading, stretch.pace);
-                    let ways = ways.into_iter().map(|way| way.extend(0.0)).collect();
-                    let eye = EyePath::Steady(Spline::through(followed.times, ways));
-                    let aim = match looked {
-                        Some(Aim::Pitch(_) | Aim::Down) => looked,
-                        _ => None,
-                    };
-                    return Ok(BoundShot { stretch, eye, aim: aim.unwrap_or(Aim::Lowered), zoom });
-                }
-                return Ok(BoundShot {
-                    stretch,
-                    eye: EyePath::Flight,
-                    aim: looked.unwrap_or(Aim::Nose),
-                    zoom,
-                });
+                let (eye, aim) = self.aboard(looked, heading, stretch);
+                return Ok(BoundShot { stretch, eye, aim, zoom });
             }
             Mount::Keys(keys) => {
                 let keyed = KeyedPath::bind(keys, site, &mut self.notes)?;
@@ -217,6 +195,24 @@ impl Rig {
         let eye = EyePath::Following { path, way: Spline::through(times(), ways) };
         let flight = || Aim::At(Arc::new(Spline::through(times(), way.middles)));
         Ok(BoundShot { stretch, eye, aim: looked.unwrap_or_else(flight), zoom })
+    }
+
+    /// Returns eye and aim aboard: a film that is quick shows where the flight goes, or will be going, and not how it turns.
+    fn aboard(&self, looked: Option<Aim>, heading: f64, stretch: Stretch) -> (EyePath, Aim) {
+        let aim = looked.unwrap_or(Aim::Nose);
+        let lead = match &aim {
+            Aim::Lowered => Some(0.0),
+            Aim::Pitch(_) | Aim::Down => self.flight.lacks_pitch().then_some(0.0),
+            Aim::Ahead(place) => Some(place.lead),
+            Aim::Nose | Aim::At(_) => None,
+        };
+        let Some(lead) = lead.filter(|_| stretch.pace >= QUICK) else { return (EyePath::Flight, aim) };
+
+        let followed = Steadied::of(&self.flight, stretch);
+        let ways = followed.ways_ahead(lead, heading, stretch.pace);
+        let ways = ways.into_iter().map(|way| way.extend(0.0)).collect();
+        let aim = if matches!(aim, Aim::Ahead(_)) { Aim::Lowered } else { aim };
+        (EyePath::Steady(Spline::through(followed.times, ways)), aim)
     }
 
     fn aim(&self, look: &Look, from: f64, pace: f64, site: &FilmSite<'_>) -> Result<Aim> {

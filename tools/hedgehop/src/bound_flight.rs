@@ -320,12 +320,10 @@ fn shots(
         return Ok(Vec::new());
     }
 
-    let mut shots = flight.camera.shots(scene, flight.alt_mode.map(Into::into))?;
-    if !flight.camera.is_given() && !flown.shots().is_empty() {
-        if !shots.is_empty() {
-            observer.note("the cameras of the path file go before those of the scene");
-        }
-        shots = flown.shots().to_vec();
+    let mut shots = flight.camera.shots(flown.shots(), scene, flight.alt_mode.map(Into::into))?;
+    let are_of_file = !flight.camera.is_given() && !flown.shots().is_empty();
+    if are_of_file && scene.is_some_and(|scene| !scene.cameras.is_empty()) {
+        observer.note("the cameras of the path file go before those of the scene");
     }
     if shots.is_empty() && flown.lacks_pitch() && setup.takes_hfov_from_path() {
         observer.note("the path tells no pitch: the view is held low enough to show the ground, and in films from 4x on level and steady; --look ahead follows nose and climb");

@@ -6,9 +6,7 @@ use clap::Args;
 use serde_json::{Value, json};
 
 use crate::args;
-use hedgehop::flight::{
-    Altitude, AltitudeMode, Chase, Fix, Horizontal, Look, Mount, Orbit, Shot, Track, camera_shots,
-};
+use hedgehop::flight::{Altitude, AltitudeMode, Chase, Fix, Horizontal, Look, Mount, Orbit, Shot, Track};
 use hedgehop::scene::Scene;
 use hedgehop::{Error, Result};
 
@@ -66,12 +64,20 @@ pub enum LookedAt {
 const LONGEST: f64 = 3600.0;
 
 impl CameraArgs {
-    /// Returns the shots of a film: one if flags say anything of it, or else those of the scene. `mode` is the level that altitudes
-    /// are measured from, if that is said.
+    /// Returns the shots of a film: one if flags say anything of it, or else those of the path file, or those of the scene. `mode` is the
+    /// level that altitudes are measured from, if that is said.
     ///
     /// # Errors
     /// An object is named, and there is no scene with it.
-    pub fn shots(&self, scene: Option<&Scene>, mode: Option<AltitudeMode>) -> Result<Vec<Shot>> {
+    pub fn shots(
+        &self,
+        of_file: &[Shot],
+        scene: Option<&Scene>,
+        mode: Option<AltitudeMode>,
+    ) -> Result<Vec<Shot>> {
+        if !self.is_given() && !of_file.is_empty() {
+            return Ok(of_file.to_vec());
+        }
         if !self.is_given() {
             return Ok(scene.map(|scene| scene.cameras.clone()).unwrap_or_default());
         }
@@ -174,20 +180,6 @@ impl CameraArgs {
             }
         }
     }
-}
-
-/// Returns the shots of a film over a track: those of flags, or of its file, or of the scene.
-///
-/// # Errors
-/// An object is named, and there is no scene with it.
-pub fn shots_of(
-    flags: &CameraArgs,
-    track: &Track,
-    scene: Option<&Scene>,
-    mode: Option<AltitudeMode>,
-) -> Result<Vec<Shot>> {
-    let of_file = if flags.is_given() { Vec::new() } else { camera_shots(track) };
-    if of_file.is_empty() { flags.shots(scene, mode) } else { Ok(of_file) }
 }
 
 /// A track of one fix that stands still; `path` names it in messages.
@@ -320,10 +312,10 @@ mod tests {
     #[test]
     fn flags_make_one_shot() {
         let given = CameraArgs { pitch: Some(-10.0), ..CameraArgs::default() };
-        let shots = given.shots(None, None).unwrap();
+        let shots = given.shots(&[], None, None).unwrap();
         assert!(matches!(shots.as_slice(), [Shot { look: Some(Look::Pitch(-10.0)), .. }]));
-        assert!(CameraArgs::default().shots(None, None).unwrap().is_empty());
+        assert!(CameraArgs::default().shots(&[], None, None).unwrap().is_empty());
         let named = CameraArgs { look_at: Some(LookedAt::Object("glider".into())), ..CameraArgs::default() };
-        assert!(named.shots(None, None).unwrap_err().to_string().contains("no --scene"));
+        assert!(named.shots(&[], None, None).unwrap_err().to_string().contains("no --scene"));
     }
 }

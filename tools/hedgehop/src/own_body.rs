@@ -4,11 +4,10 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
-use crate::camera;
 use crate::trails;
 use crate::view::FlightArgs;
 use hedgehop::colour::linear_from_srgb8;
-use hedgehop::flight::{Chase, Mount, Orbit, Shot, Track};
+use hedgehop::flight::{Chase, Mount, Orbit, Shot, Track, camera_shots};
 use hedgehop::objects::{Form, Material, Mesh, MeshPart, Model};
 use hedgehop::progress::Observer;
 use hedgehop::scene::{Beyond, Object, Scene};
@@ -36,7 +35,8 @@ pub fn add_to(scene: Option<Scene>, flight: &FlightArgs, observer: &dyn Observer
     }
 
     let track = flight.track()?;
-    let shots = camera::shots_of(&flight.camera, &track, scene.as_ref(), flight.alt_mode.map(Into::into))?;
+    let shots =
+        flight.camera.shots(&camera_shots(&track), scene.as_ref(), flight.alt_mode.map(Into::into))?;
     let Some(length) = shots.iter().filter_map(length).min_by(f64::total_cmp) else { return Ok(scene) };
 
     let mut scene = scene.unwrap_or_default();
@@ -44,7 +44,7 @@ pub fn add_to(scene: Option<Scene>, flight: &FlightArgs, observer: &dyn Observer
         "an aeroplane of {length:.1} m stands for what flies; a scene gives it another body: an [[object]] with the path file as its track"
     ));
     let name = trails::free_name(&scene, &track.path);
-    // What there is to say of the path is said of the flight.
+    // Notes of the path file are told where the flight is bound.
     scene.objects.push(aeroplane(name, length, Track { notes: Vec::new(), ..track })?);
     let mut hasher = blake3::Hasher::new();
     hasher.update(scene.digest.as_bytes()).update(&length.to_le_bytes());
