@@ -9,9 +9,9 @@
 //! ```
 //!
 //! Means are over the film's time, not the flight's: thirty times as fast, a glider that circles does not shake the
-//! picture: it circles in it, within IN_VIEW of the middle. An eye draws back up to DRAWN_BACK times its distance for that; what
-//! is strayed beyond, it goes along with, turning no more than before. What is towed runs straight behind, cuts wide turns a little, and only swings in turns that are tighter than the
-//! rope (the tractrix of Huygens 1692).
+//! picture: it circles in it, within IN_VIEW of the middle. An eye draws back up to DRAWN_BACK times its distance for that,
+//! and goes along with what is strayed beyond, turning no more than before. It runs straight behind, cuts wide turns a little,
+//! and only swings in turns that are tighter than the rope (the tractrix of Huygens 1692).
 
 use std::f64::consts::PI;
 

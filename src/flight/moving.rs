@@ -62,7 +62,7 @@ fn fast(path: &Spline, [from, to]: [f64; 2]) -> [f64; 2] {
     let (_, quartile, _) = sorted.select_nth_unstable_by(3 * count / 4, f64::total_cmp);
     let least = SLOW * *quartile;
     let is_fast = |index: &usize| speeds[*index].min(speeds[index + 1]) >= least;
-    // What is higher or lower flies, however slow it is.
+    // A flight that climbs or sinks flies, however slow it is.
     let is_level = |index: &usize, end: usize| (places[*index].z - places[end].z).abs() <= AWAY;
     let pairs = 0..count - 1;
     let first = pairs.clone().find(|index| is_fast(index) || !is_level(index, 0));

@@ -74,7 +74,7 @@ impl Scene {
     /// Binds the scene as [`Self::bind`] does; an object that is the body of a flight is where the flight is.
     ///
     /// # Errors
-    /// Those of [`Self::bind`].
+    /// [`Error::Invalid`] as of [`Self::bind`].
     #[doc(hidden)]
     pub fn bind_with_flight(
         &self,

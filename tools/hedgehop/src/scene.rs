@@ -186,7 +186,7 @@ impl Playing {
             scene.bind_with_flight(crs, ground, own.as_ref())
         };
         let cast = over_ground(source, flight.world, bind)?;
-        // What is said of the path is not said of its body again.
+        // A flight that was raised is told where it is bound, and its body not again.
         let is_own = |name: &str| {
             let mut objects = scene.objects.iter().filter(|object| object.name == name);
             objects.any(|object| own.as_ref().is_some_and(|own| own.has_body(object)))

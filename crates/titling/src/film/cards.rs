@@ -113,7 +113,7 @@ impl Card {
         let middle = page.safe().corner + 0.5 * page.safe().size;
         let top = match self.place {
             CardPlace::Title { .. } => {
-                // What is in the middle of the view is seen below it, and the compass above it.
+                // The title leaves the middle of the view free below, and the compass above.
                 let centred = middle.y - 0.2 * page.safe().size.y - 0.5 * self.extent.y;
                 centred
                     .min(middle.y - 0.1 * page.safe().size.y - self.extent.y)
