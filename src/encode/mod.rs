@@ -55,4 +55,4 @@ pub use pattern::{FramePattern, Target};
 pub use ray_table::{read_ray_table, write_ray_table};
 #[doc(hidden)]
 pub use write::{Written, encode_frame, encode_picture, read_regular};
-pub use write::{read_picture, write_frame, write_picture};
+pub use write::{read_picture, write_frame, write_frame_on, write_picture};

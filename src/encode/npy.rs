@@ -16,6 +16,7 @@ use super::depth::depth;
 use super::refusal::PictureRefusal;
 use crate::encode::FrameInfo;
 use crate::frame::Frame;
+use crate::subimage::Farm;
 use hedgehop_base::Size;
 use hedgehop_base::error::{Error, Result};
 
@@ -27,11 +28,11 @@ const ALIGNMENT: usize = 64;
 const DIGEST: &str = "hedgehop.digest";
 
 /// The bytes of the depth of `frame`: metres along the optical axis, `[height][width]`, as in an EXR's `Z`.
-pub(super) fn encode(path: &Path, frame: &Frame, info: &FrameInfo) -> Result<Vec<u8>> {
+pub(super) fn encode(path: &Path, frame: &Frame, info: &FrameInfo, farm: &Farm) -> Result<Vec<u8>> {
     let camera = &frame.camera;
     let size = Size { width: camera.width, height: camera.height };
     let mut bytes = depth_header(size);
-    bytes.extend(depth(frame).into_iter().flat_map(f32::to_le_bytes));
+    bytes.extend(depth(frame, farm).into_iter().flat_map(f32::to_le_bytes));
 
     let named = info.entries(camera).into_iter().map(|(name, value)| (name.to_owned(), value.to_string()));
     let mut entries: BTreeMap<String, String> = named.collect();
@@ -127,13 +128,14 @@ mod tests {
     #[test]
     fn depth_stands_behind_a_header_that_numpy_reads() {
         let frame = testing::frame(9, 6);
-        let bytes = encode(Path::new("a.npy"), &frame, &testing::info()).unwrap();
+        let farm = Farm::new(1).unwrap();
+        let bytes = encode(Path::new("a.npy"), &frame, &testing::info(), &farm).unwrap();
         let text = "{'descr': '<f4', 'fortran_order': False, 'shape': (6, 9), }";
         assert_eq!(bytes[..10], *b"\x93NUMPY\x01\x00\x76\x00");
         assert_eq!(bytes[10..128], *format!("{text:<117}\n").as_bytes());
         let samples: Vec<f32> =
             bytes[128..].as_chunks().0.iter().take(54).map(|bytes| f32::from_le_bytes(*bytes)).collect();
-        assert_eq!(samples, depth(&frame));
+        assert_eq!(samples, depth(&frame, &farm));
         assert_eq!(samples[0], f32::INFINITY, "the sky");
         let behind = &bytes[128 + 4 * 54..];
         assert!(behind.starts_with(b"\x93NUMPY\x01\x00") && behind.ends_with(b"}"));

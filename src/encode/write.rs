@@ -8,6 +8,7 @@ use super::png::{DecodedPng, PngPixels};
 use super::{atomic, exr, npy, png};
 use crate::frame::{Frame, Picture};
 use crate::space::Camera;
+use crate::subimage::Farm;
 use hedgehop_base::colour::srgb8_picture;
 use hedgehop_base::error::{Error, Result};
 
@@ -34,11 +35,16 @@ impl Written {
 
 /// The bytes of the file that [`write_frame`] would write; the extension of `path` decides the encoder.
 pub fn encode_frame(path: &Path, frame: &Frame, info: &FrameInfo) -> Result<Vec<u8>> {
+    encode_frame_on(&Farm::new(1)?, path, frame, info)
+}
+
+/// The bytes of the file that [`write_frame_on`] would write.
+fn encode_frame_on(farm: &Farm, path: &Path, frame: &Frame, info: &FrameInfo) -> Result<Vec<u8>> {
     frame.check_lengths(path)?;
     match Target::of(path)? {
         Target::Png => png::encode(path, PngPixels::Rgb(&srgb8_picture(&frame.colour)), &frame.camera, info),
-        Target::Exr => exr::encode(path, frame, info),
-        Target::Npy => npy::encode(path, frame, info),
+        Target::Exr => exr::encode(path, frame, info, farm),
+        Target::Npy => npy::encode(path, frame, info, farm),
         Target::Y4m => Err(Error::Configuration(format!(
             "{}: y4m holds a stream of frames, not one; use png, exr or npy for single frames",
             path.display()
@@ -49,7 +55,13 @@ pub fn encode_frame(path: &Path, frame: &Frame, info: &FrameInfo) -> Result<Vec<
 /// Writes `frame` to `path`, PNG, EXR or NPY (depth) by extension. The file appears whole or not at all, and the
 /// same frame always gives the same bytes.
 pub fn write_frame(path: &Path, frame: &Frame, info: &FrameInfo) -> Result<Written> {
-    let bytes = encode_frame(path, frame, info)?;
+    write_frame_on(&Farm::new(1)?, path, frame, info)
+}
+
+/// Writes a frame as [`write_frame`] does, with the help of a farm's workers. The bytes are the same for any
+/// number of them.
+pub fn write_frame_on(farm: &Farm, path: &Path, frame: &Frame, info: &FrameInfo) -> Result<Written> {
+    let bytes = encode_frame_on(farm, path, frame, info)?;
     atomic::write_bytes(path, &bytes)?;
     Ok(Written::from_bytes(&bytes))
 }

@@ -1,9 +1,12 @@
 //! Channels of an EXR file, from those of a frame.
 
+use ::exr::block::samples::FromNativeSample;
 use ::exr::prelude::{AnyChannel, AnyChannels, FlatSamples, f16};
 
-use crate::encode::depth::{depth, rays};
+use crate::encode::depth::depth;
 use crate::frame::Frame;
+use crate::space::{Camera, Screen};
+use crate::subimage::Farm;
 use hedgehop_base::colour::linear_from_srgb8;
 
 /// Samples of all channels of a file.
@@ -26,23 +29,18 @@ pub(super) const POSITION_CONVENTIONS: &str = "; P: metres east (X), north (Y) a
      hedgehop.position_offset_m, on the map, as high as in the database over a curved Earth too, +infinity for the sky";
 
 /// Returns all channels of a frame, sorted by name.
-pub(super) fn channels(frame: &Frame) -> Channels {
+pub(super) fn channels(frame: &Frame, farm: &Farm) -> Channels {
     let float = |plane: Vec<f32>| FlatSamples::F32(plane);
-    let colour = |part: usize| {
-        FlatSamples::F16(frame.colour.iter().map(|pixel| half_from_radiance(pixel[part])).collect())
-    };
-    let normal = |part: usize| {
-        FlatSamples::F16(frame.normal.iter().map(|normal| f16::from_f32(normal[part])).collect())
-    };
-    let alpha = FlatSamples::F16(rays(frame).map(|ray| ray.map_or(f16::ZERO, |_| f16::ONE)).collect());
+    let colour = |part: usize| halves(frame, farm, &frame.colour, |pixel| within_half(pixel[part]));
+    let normal = |part: usize| halves(frame, farm, &frame.normal, |normal| normal[part]);
     let level = FlatSamples::U32(frame.level.iter().copied().map(u32::from).collect());
 
     let named = [
         ("R", colour(0)),
         ("G", colour(1)),
         ("B", colour(2)),
-        ("A", alpha),
-        ("Z", float(depth(frame))),
+        ("A", FlatSamples::F16(alpha(&frame.camera, farm))),
+        ("Z", float(depth(frame, farm))),
         ("range", float(frame.range.clone())),
         ("N.X", normal(0)),
         ("N.Y", normal(1)),
@@ -91,7 +89,45 @@ fn aov_channels(frame: &Frame) -> Vec<(String, Vec<f32>)> {
     channels
 }
 
-/// Radiance as a half: what exceeds the largest half, 65504, is clipped to it, not made infinite.
-pub(super) fn half_from_radiance(radiance: f32) -> f16 {
-    f16::from_f32(radiance.clamp(f16::MIN.to_f32(), f16::MAX.to_f32()))
+/// Returns a plane of halves, of one value of every pixel.
+fn halves(
+    frame: &Frame,
+    farm: &Farm,
+    pixels: &[[f32; 3]],
+    value: impl Fn(&[f32; 3]) -> f32 + Sync + Send,
+) -> FlatSamples {
+    /// Values that are converted at once.
+    const BLOCK: usize = 256;
+    let width = frame.camera.width as usize;
+    let mut plane = vec![f16::ZERO; pixels.len()];
+    farm.rows(&mut plane, width, |row, line| {
+        let pixels = &pixels[row * width..][..line.len()];
+        for (halves, pixels) in line.chunks_mut(BLOCK).zip(pixels.chunks(BLOCK)) {
+            let mut floats = [0.0; BLOCK];
+            floats.iter_mut().zip(pixels).for_each(|(float, pixel)| *float = value(pixel));
+            f16::from_f32s(&floats[..halves.len()], halves);
+        }
+    });
+    FlatSamples::F16(plane)
+}
+
+/// Returns 1 for every pixel that has a ray, else 0.
+fn alpha(camera: &Camera, farm: &Farm) -> Vec<f16> {
+    let mut alpha = vec![f16::ONE; camera.width as usize * camera.height as usize];
+    if let Screen::Planar { .. } = camera.screen() {
+        return alpha;
+    }
+    farm.rows(&mut alpha, camera.width as usize, |row, line| {
+        for (column, alpha) in line.iter_mut().enumerate() {
+            if camera.mapped(column as f64 + 0.5, row as f64 + 0.5).is_none() {
+                *alpha = f16::ZERO;
+            }
+        }
+    });
+    alpha
+}
+
+/// Radiance that a half can hold: what exceeds the largest, 65504, is clipped to it, not made infinite.
+pub(super) fn within_half(radiance: f32) -> f32 {
+    radiance.clamp(f16::MIN.to_f32(), f16::MAX.to_f32())
 }

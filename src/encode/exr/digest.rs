@@ -30,12 +30,12 @@ pub(super) fn digest(entries: &BTreeMap<String, String>, channels: &Channels) ->
 
 /// Adds samples of the type `kind` to a digest, a block at a time.
 fn absorb<T>(hasher: &mut blake3::Hasher, kind: u8, samples: &[T], bits: impl Fn(&T) -> u32) {
-    const BLOCK: usize = 4096;
+    const BLOCK: usize = 1 << 15; // the hash takes many parts at once
     hasher.update(&[0, kind]);
-    let mut buffer = Vec::with_capacity(BLOCK * size_of::<u32>());
+    let mut buffer = vec![[0; size_of::<u32>()]; BLOCK.min(samples.len())];
     for block in samples.chunks(BLOCK) {
-        buffer.clear();
-        buffer.extend(block.iter().flat_map(|sample| bits(sample).to_le_bytes()));
-        hasher.update(&buffer);
+        let bytes = &mut buffer[..block.len()];
+        bytes.iter_mut().zip(block).for_each(|(bytes, sample)| *bytes = bits(sample).to_le_bytes());
+        hasher.update(bytes.as_flattened());
     }
 }

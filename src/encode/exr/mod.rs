@@ -28,10 +28,13 @@ mod decode;
 mod digest;
 #[cfg(test)]
 mod tests;
+mod zip;
 
 use std::io::Cursor;
 use std::path::Path;
 
+use ::exr::block::chunk::{Chunk, CompressedBlock, CompressedScanLineBlock};
+use ::exr::block::writer::ChunksWriter;
 use ::exr::math::Vec2;
 use ::exr::meta::attribute::{AttributeValue, Chromaticities, LineOrder, Text};
 use ::exr::meta::header::LayerAttributes;
@@ -41,16 +44,24 @@ use crate::encode::FrameInfo;
 use crate::encode::info::{CAMERA_CONVENTIONS, Value};
 use crate::frame::{Frame, Matte};
 use crate::space::{Camera, Screen};
+use crate::subimage::{Farm, Stage};
 pub(super) use channels::by_name;
 use channels::{CHANNEL_CONVENTIONS, Channels, MOTION_CONVENTIONS, POSITION_CONVENTIONS};
 use digest::{DIGEST, digest};
 use hedgehop_base::error::{Error, Result};
+use zip::Zip;
 
 pub(super) use decode::{check_header, decode};
 
-/// The bytes of an EXR of `frame`.
-pub(super) fn encode(path: &Path, frame: &Frame, info: &FrameInfo) -> Result<Vec<u8>> {
-    let channels = channels::channels(frame);
+/// Lines of a chunk.
+const CHUNK_ROWS: usize = Compression::ZIP16.scan_lines_per_block();
+
+/// Bytes of a header and its table of chunks, about.
+const HEADER_BYTES: usize = 1 << 14;
+
+/// The bytes of an EXR of `frame`, made by the workers of `farm`; they are the same for any number.
+pub(super) fn encode(path: &Path, frame: &Frame, info: &FrameInfo, farm: &Farm) -> Result<Vec<u8>> {
+    let channels = channels::channels(frame, farm);
     let attributes = attributes(frame, info, &channels);
     let size = Vec2(frame.camera.width as usize, frame.camera.height as usize);
     let encoding = Encoding {
@@ -66,16 +77,36 @@ pub(super) fn encode(path: &Path, frame: &Frame, info: &FrameInfo) -> Result<Vec
         blue: Vec2(0.15, 0.06),
         white: Vec2(0.3127, 0.3290),
     });
-    let mut bytes = Vec::new();
-    image
-        .write()
-        .non_parallel()
-        .to_buffered(Cursor::new(&mut bytes))
-        .map_err(|source| Error::invalid(path, format!("the EXR encoder refuses the frame: {source}")))?;
-    match sort_attributes(&bytes) {
-        Some(sorted) => Ok(sorted),
+    let headers = image.write().infer_meta_data();
+    let chunks = chunks(&image.layer_data.channel_data, size, farm)?;
+
+    let mut bytes = Vec::with_capacity(HEADER_BYTES + chunks.iter().map(Vec::len).sum::<usize>());
+    ::exr::block::write(Cursor::new(&mut bytes), headers, true, |_, writer| {
+        for (index, (top, compressed_pixels_le)) in (0..).step_by(CHUNK_ROWS).zip(chunks).enumerate() {
+            let block = CompressedScanLineBlock { y_coordinate: top, compressed_pixels_le };
+            let compressed_block = CompressedBlock::ScanLine(block);
+            writer.write_chunk(index, Chunk { layer_index: 0, compressed_block })?;
+        }
+        Ok(())
+    })
+    .map_err(|source| Error::invalid(path, format!("the EXR encoder refuses the frame: {source}")))?;
+
+    match sort_attributes(&mut bytes) {
+        Some(()) => Ok(bytes),
         None => Err(Error::invalid(path, "the EXR encoder wrote a header that cannot be read back")),
     }
+}
+
+/// Compresses channels, chunk by chunk.
+fn chunks(channels: &Channels, size: Vec2<usize>, farm: &Farm) -> Result<Vec<Vec<u8>>> {
+    let mut chunks = vec![Vec::new(); size.height().div_ceil(CHUNK_ROWS)];
+    let tasks = chunks.iter_mut().collect();
+    farm.each_with(Stage::Image, tasks, Zip::default, |zip, index, chunk| {
+        let top = index * CHUNK_ROWS;
+        *chunk = zip.compress(channels, size.width(), top..size.height().min(top + CHUNK_ROWS));
+        Ok(())
+    })?;
+    Ok(chunks)
 }
 
 fn attributes(frame: &Frame, info: &FrameInfo, channels: &Channels) -> LayerAttributes {
@@ -139,11 +170,11 @@ fn camera_from_world(camera: &Camera) -> [f32; 16] {
     matrix
 }
 
-/// The file with its header's attributes in alphabetical order; `None` if the header cannot be walked.
-fn sort_attributes(bytes: &[u8]) -> Option<Vec<u8>> {
-    let start = 8; // magic number and version
+/// Puts the attributes of a file's header into alphabetical order; `None` if the header cannot be walked.
+fn sort_attributes(bytes: &mut [u8]) -> Option<()> {
+    let header = bytes.get_mut(8..)?; // behind magic number and version
     let mut attributes: Vec<&[u8]> = Vec::new();
-    let mut rest = bytes.get(start..)?;
+    let mut rest = &*header;
     while *rest.first()? != 0 {
         let name = rest.iter().position(|&byte| byte == 0)?;
         let kind = rest.get(name + 1..)?.iter().position(|&byte| byte == 0)?;
@@ -154,9 +185,7 @@ fn sort_attributes(bytes: &[u8]) -> Option<Vec<u8>> {
         rest = behind;
     }
     attributes.sort_unstable();
-    let mut sorted = Vec::with_capacity(bytes.len());
-    sorted.extend_from_slice(&bytes[..start]);
-    sorted.extend(attributes.into_iter().flatten());
-    sorted.extend_from_slice(rest);
-    Some(sorted)
+    let sorted = attributes.concat();
+    header.get_mut(..sorted.len())?.copy_from_slice(&sorted);
+    Some(())
 }

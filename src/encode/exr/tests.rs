@@ -6,7 +6,7 @@ use ::exr::image::read::read;
 use ::exr::prelude::{FlatSamples, ReadChannels, ReadLayers, f16};
 use glam::DVec3;
 
-use super::channels::half_from_radiance;
+use super::channels::within_half;
 use super::*;
 use crate::encode::testing;
 use crate::frame::{Aov, MapPositions, MatteCoverage};
@@ -14,7 +14,7 @@ use hedgehop_base::Size;
 use hedgehop_base::colour::linear_from_srgb8;
 
 fn encoded(frame: &Frame) -> Vec<u8> {
-    encode(Path::new("a.exr"), frame, &testing::info()).unwrap()
+    encode(Path::new("a.exr"), frame, &testing::info(), &Farm::new(1).unwrap()).unwrap()
 }
 
 fn flat(bytes: &[u8]) -> Layer<Channels> {
@@ -121,10 +121,110 @@ fn equal_frames_are_equal_bytes_and_attributes_are_sorted() {
 }
 
 #[test]
+fn any_number_of_workers_makes_the_same_bytes() {
+    let frame = testing::frame(40, 67);
+    let alone = encoded(&frame);
+    for workers in [2, 3, 5] {
+        let farm = Farm::new(workers).unwrap();
+        let together = encode(Path::new("a.exr"), &frame, &testing::info(), &farm).unwrap();
+        assert!(together == alone, "{workers} workers");
+    }
+}
+
+/// What pixels of a test hold.
+#[derive(Debug, Clone, Copy)]
+enum Content {
+    /// The frame of other tests.
+    Slope,
+    /// One value.
+    Constant,
+    /// Bits that do not compress, no numbers among them.
+    Noise,
+    /// Infinite numbers and no numbers, in turn.
+    NoNumbers,
+}
+
+fn frame_of(content: Content, width: u32, height: u32) -> Frame {
+    let mut frame = testing::frame(width, height);
+    let mut state = 1_u32;
+    let mut noise = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        state ^ state >> 15
+    };
+    for pixel in 0..frame.id.len() {
+        let floats: [f32; 3] = match content {
+            Content::Slope => continue,
+            Content::Constant => [0.25; 3],
+            Content::Noise => [(); 3].map(|()| f32::from_bits(noise())),
+            Content::NoNumbers => [f32::INFINITY, f32::NAN, f32::NEG_INFINITY],
+        };
+        let id = if matches!(content, Content::Noise) { noise() } else { 7 };
+        (frame.colour[pixel], frame.normal[pixel]) = (floats, floats.map(|float| -float));
+        (frame.range[pixel], frame.id[pixel], frame.level[pixel]) = (floats[pixel % 3], id, id as u8);
+    }
+    frame
+}
+
+#[test]
+fn pictures_of_any_size_and_content_come_back() {
+    use Content::{Constant, NoNumbers, Noise, Slope};
+    let sizes =
+        [(1, 1), (1, 2), (2, 1), (7, 15), (5, 16), (3, 17), (33, 31), (64, 49), (9000, 2), (35_000, 1)];
+    for (width, height) in sizes {
+        for content in [Slope, Constant, Noise, NoNumbers] {
+            let frame = frame_of(content, width, height);
+            let (case, bytes) = (format!("{content:?} of {width}×{height}"), encoded(&frame));
+            let layer = flat(&bytes);
+            let halves = |plane: FlatSamples| match plane {
+                FlatSamples::F16(samples) => samples.into_iter().map(f16::to_bits).collect::<Vec<_>>(),
+                _ => panic!("{case}: halves"),
+            };
+            let FlatSamples::F32(range) = plane(&layer, "range") else { panic!("{case}: range is float") };
+            assert!(
+                range.iter().zip(&frame.range).all(|(found, put)| found.to_bits() == put.to_bits()),
+                "{case}"
+            );
+            assert!(plane(&layer, "id") == FlatSamples::U32(frame.id.clone()), "{case}");
+            let levels = frame.level.iter().map(|&level| u32::from(level)).collect();
+            assert!(plane(&layer, "level") == FlatSamples::U32(levels), "{case}");
+            for (part, (colour, normal)) in [("R", "N.X"), ("G", "N.Y"), ("B", "N.Z")].into_iter().enumerate()
+            {
+                let bits = |value: f32| f16::from_f32(value).to_bits();
+                let colours: Vec<_> =
+                    frame.colour.iter().map(|pixel| bits(within_half(pixel[part]))).collect();
+                assert!(halves(plane(&layer, colour)) == colours, "{case}: {colour}");
+                let normals: Vec<_> = frame.normal.iter().map(|pixel| bits(pixel[part])).collect();
+                assert!(halves(plane(&layer, normal)) == normals, "{case}: {normal}");
+            }
+            // The digest counts every bit.
+            assert!(decode(&bytes, Some(Size { width, height })).is_ok(), "{case}");
+        }
+    }
+}
+
+#[test]
+fn chunks_that_do_not_shrink_are_stored_as_they_are() {
+    let noise: Vec<u32> = (1..=64 * 20_u32)
+        .map(|at| at.wrapping_mul(2_654_435_761).reverse_bits().wrapping_mul(at | 1))
+        .collect();
+    let named = |name: &str, plane: Vec<u32>| ::exr::prelude::AnyChannel::new(name, FlatSamples::U32(plane));
+    let mut zip = Zip::default();
+    // Whatever was compressed before leaves no trace.
+    for _ in 0..2 {
+        let alone = by_name(vec![named("noise", noise.clone())]);
+        let raw: Vec<u8> = noise[64 * 16..].iter().flat_map(|sample| sample.to_le_bytes()).collect();
+        assert!(zip.compress(&alone, 64, 16..20) == raw);
+        let even = by_name(vec![named("even", vec![5; 64 * 20])]);
+        assert!(zip.compress(&even, 64, 0..16).len() < 1000);
+    }
+}
+
+#[test]
 fn colours_beyond_half_are_clipped() {
-    assert_eq!(half_from_radiance(1e9), f16::MAX);
-    assert_eq!(half_from_radiance(f32::INFINITY), f16::MAX);
-    assert_eq!(half_from_radiance(0.5), f16::from_f32(0.5));
+    let half = |radiance: f32| f16::from_f32(within_half(radiance));
+    assert_eq!(half(1e9), f16::MAX);
+    assert_eq!(half(f32::INFINITY), f16::MAX);
+    assert_eq!(half(0.5), f16::from_f32(0.5));
 }
 
 #[test]

@@ -18,12 +18,13 @@ use hedgehop::encode::sidecar::{
     DamagedRecord, DatabaseRecord, FlightRecord, FrameRecord, Manifest, PosesRecord, settings_digest,
 };
 use hedgehop::encode::y4m::{Chroma, Y4mWriter};
-use hedgehop::encode::{FrameInfo, FramePattern, Written, write_frame, write_picture};
+use hedgehop::encode::{FrameInfo, FramePattern, Written, write_frame_on, write_picture};
 use hedgehop::flight::{FrameRate, Timeline};
 use hedgehop::geo::{Crs, Transform};
 use hedgehop::progress::Observer;
 use hedgehop::render::NumberedCamera;
 use hedgehop::space::Camera;
+use hedgehop::subimage::Farm;
 use hedgehop::sunlight::Sky;
 use hedgehop::voxel::{Header, PageId};
 use hedgehop::{Error, Result, Size};
@@ -103,13 +104,13 @@ impl<'a> Files<'a> {
         }
     }
 
-    /// Writes one frame.
-    pub fn write(&self, shot: &Shot) -> Result<()> {
+    /// Writes one frame; the workers of `farm` help.
+    pub fn write(&self, shot: &Shot, farm: &Farm) -> Result<()> {
         let (path, info) = (self.path(shot.number), self.info(shot.number));
         let written = match (&shot.image, &self.labels) {
             (Image::Picture(picture, camera), _) => write_picture(&path, picture, camera, &info)?,
             (Image::Frame(frame), Some(labels)) => labels.table.write(&path, labels.kind, frame, &info)?,
-            (Image::Frame(frame), None) => write_frame(&path, frame, &info)?,
+            (Image::Frame(frame), None) => write_frame_on(farm, &path, frame, &info)?,
         };
         self.written.lock().unwrap_or_else(PoisonError::into_inner).insert(shot.number, written);
         Ok(())

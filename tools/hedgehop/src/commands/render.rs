@@ -428,7 +428,7 @@ fn fly_files(
     let is_kept =
         |frame: &NumberedCamera| args.skip_existing && files.is_whole(frame.number, &frame.camera, reporter);
     let (mut whole, wanted): (Vec<_>, Vec<_>) = cameras.iter().cloned().partition(is_kept);
-    let flown = sequence.fly(&wanted, &|shot| files.write(shot), reporter);
+    let flown = sequence.fly(&wanted, &|shot| files.write(shot, sequence.farm), reporter);
     whole.extend(wanted.into_iter().filter(|frame| flown.finished.contains(&frame.number)));
     whole.sort_unstable_by_key(|frame| frame.number);
     let damaged = DamagedPage::of(sequence.pages.file());
