@@ -3,6 +3,7 @@
 //! What stands on a block is put together from the spans of its page and the objects that are placed there. Neighbours pass through the
 //! same blocks one after the other, so that this is seldom done twice. How high a block reaches is known without it.
 
+use super::{Lattice, PageCursor};
 use crate::simd::Each;
 use crate::voxel::{
     BARE, BLOCK_SIDE, BlockSpans, PAGE_SIDE, PageId, PageSource, SharedObjects, SpanTable, SpansView,
@@ -71,6 +72,22 @@ impl<'a> Blocks<'a> {
         let view = view.unwrap_or(SpansView::NONE);
         self.page = Some((id, view));
         Ok((id, view))
+    }
+
+    /// Returns the voxels of the area, on which it all stands.
+    pub fn voxels(&self) -> Lattice {
+        PageCursor::new(self.source).voxels(0)
+    }
+
+    /// Height code that nothing over a voxel of the area rises above, half a step at least; 0 where nothing stands.
+    ///
+    /// # Errors
+    /// A page that is damaged.
+    pub fn top_at(&mut self, voxel: [i64; 2]) -> Result<f32> {
+        let block = voxel.each(|at| at / i64::from(BLOCK_SIDE));
+        let (_, view) = self.page(block)?;
+        let [x, y] = voxel.each(|at| (at % i64::from(BLOCK_SIDE)) as usize);
+        Ok(self.get(block, &view).tops()[y * BLOCK_SIDE as usize + x])
     }
 
     /// Returns the spans of a block of the page `view`.

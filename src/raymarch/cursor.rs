@@ -298,14 +298,30 @@ impl<'a> PageCursor<'a> {
     /// Attributes of the voxel of a level at a position in units, clamped into the area or repeated with it; where its page is
     /// absent, of the next coarser level.
     pub fn attributes_at(&mut self, level: u8, units: DVec2) -> Result<Attributes> {
-        let (voxel, _) = self.voxels(level).cell_at(units);
-        let found = self.posts(level, voxel)?;
-        let found = found.map(|(view, place)| view.attributes_at(place.x as u32, place.y as u32));
-        match found {
+        match self.stored_attributes_at(level, units)? {
             Some(attributes) => Ok(attributes),
             None if usize::from(level) + 1 < self.slots.len() => self.attributes_at(level + 1, units),
             None => Ok(Attributes::default()),
         }
+    }
+
+    /// The same of that level alone; `None` where its page is absent.
+    pub fn stored_attributes_at(&mut self, level: u8, units: DVec2) -> Result<Option<Attributes>> {
+        let (voxel, _) = self.voxels(level).cell_at(units);
+        let found = self.posts(level, voxel)?;
+        Ok(found.map(|(view, place)| view.attributes_at(place.x as u32, place.y as u32)))
+    }
+
+    /// Heights of the page of voxel `cell`, which lies within the area, and the page's first voxel; `None` where the page is absent.
+    pub fn heights_about(
+        &mut self,
+        level: u8,
+        cell: [i64; 2],
+    ) -> Result<Option<(HeightsView<'a>, [i64; 2])>> {
+        let CursorSlot { dims, heights, .. } = &mut self.slots[usize::from(level)];
+        let (view, [x, y]) =
+            heights.at(level, *dims, cell, |id| self.source.heights(sheet(self.source, self.bare, id)))?;
+        Ok(view.map(|view| (*view, [cell[0] - x, cell[1] - y])))
     }
 
     /// Whether the page that is to be seen at a level and a position in units is damaged and was left out, so that another stands in for it.

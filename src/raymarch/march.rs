@@ -2,9 +2,10 @@
 
 use glam::{DVec2, DVec3};
 
+use super::sectors::{RayHorizon, SectorLook};
 use super::surface::{Patch, block_contact};
 use super::walk::Lattice;
-use super::{CellStep, CellWalk, GridRay, LevelBands, PageCursor, SolidHit, Solids, Surface};
+use super::{CellStep, CellWalk, GridRay, LevelBands, PageCursor, SectorHorizons, SolidHit, Solids, Surface};
 use crate::earth::Curvature;
 use crate::voxel::{Grid, PageSource, RADIX};
 use hedgehop_base::error::Result;
@@ -45,6 +46,8 @@ pub struct Marcher<'a> {
     curvature: Curvature,
     /// Ground distance at which the search ends, metres: finite where the area repeats.
     far: f64,
+    /// Bounds that tell where rays may begin.
+    horizons: Option<&'a SectorHorizons>,
 }
 
 /// Ground distance beyond which an area without end is not looked at, metres, whatever the air: from 10 km up
@@ -57,6 +60,12 @@ const MOST_VOXELS: f64 = 1.0e6;
 const NOTHING_LEFT: f64 = 1.0 / 512.0;
 /// Share at which what stands is what is seen.
 const HALF: f64 = 0.5;
+
+/// Voxels of a level along a way that are walked through without looking at coarser ones.
+const FEW_VOXELS: f64 = 8.0;
+
+/// Height above all posts of a cell from which on a ray does not meet its surface, metres: more than rounding takes.
+const CLEAR: f64 = 1.0e-6;
 
 /// Ground distances, metres, between which one level is seen.
 #[derive(Debug, Clone, Copy)]
@@ -73,6 +82,11 @@ struct RaySearch<'r> {
     level: u8,
     /// Whether bare ground alone is sought.
     bare: bool,
+}
+
+/// Range at a ground distance, metres: a vertical ray stays at ground distance 0, in the first band, for ever.
+fn range_at(ray: &GridRay, ground: f64) -> f64 {
+    if ground == 0.0 { 0.0 } else { ground / ray.ground_cosine }
 }
 
 /// The bands of a database whose coarsest level is `coarsest`.
@@ -116,7 +130,13 @@ impl<'a> Marcher<'a> {
             coarsest,
             curvature: Curvature::FLAT,
             far: f64::INFINITY,
+            horizons: None,
         }
+    }
+
+    /// The same with rays that begin where these horizons, of its own bands and curvature, let them meet something; they meet the same.
+    pub fn beyond(self, horizons: Option<&'a SectorHorizons>) -> Self {
+        Self { horizons, ..self }
     }
 
     /// The same over ground of this curvature.
@@ -161,12 +181,28 @@ impl<'a> Marcher<'a> {
 
     fn contact_between(&mut self, ray: &GridRay, from: f64, until: f64) -> Result<Option<Contact>> {
         let Some((over_area, off_area)) = self.clip(ray) else { return Ok(None) };
-        // A vertical ray stays at ground distance 0, in the first band, for ever.
-        let range_at = |ground: f64| if ground == 0.0 { 0.0 } else { ground / ray.ground_cosine };
+        let [from, until] = [range_at(ray, from).max(over_area), off_area.min(until)];
+        let Some(horizon) = self.horizon(ray)? else {
+            return self.contact_within(ray, [from, until]);
+        };
+
+        for [begins, ends] in horizon.of_ground() {
+            if begins > until {
+                break;
+            }
+            let contact = self.contact_within(ray, [from.max(begins), until.min(ends)])?;
+            if contact.is_some() {
+                return Ok(contact);
+            }
+        }
+        Ok(None)
+    }
+
+    /// Finds the first contact between two ranges, metres, between which the ray is over the area.
+    fn contact_within(&mut self, ray: &GridRay, [from, until]: [f64; 2]) -> Result<Option<Contact>> {
         for index in 0..self.bands.len() {
             let band = self.bands[index];
-            let start = range_at(band.start.max(from)).max(over_area);
-            let end = range_at(band.end).min(off_area).min(until);
+            let (start, end) = (range_at(ray, band.start).max(from), range_at(ray, band.end).min(until));
             if start.is_finite() && start <= end {
                 let search = RaySearch { ray, level: band.level, bare: band.bare };
                 if let Some(contact) = self.search(&search, start, end)? {
@@ -215,11 +251,51 @@ impl<'a> Marcher<'a> {
         hits: &mut Vec<SolidHit>,
     ) -> Result<f64> {
         hits.clear();
-        let over_area = if self.solids.is_some() { self.clip(ray) } else { None };
-        let (Some((start, end)), Some(solids)) = (over_area, &mut self.solids) else { return Ok(1.0) };
-        let near = if self.bare_until > 0.0 { self.bare_until / ray.ground_cosine } else { 0.0 };
-        let end = contact.map_or(end, |contact| contact.range).min(near);
-        if start < end { solids.along(ray, [start, end], least, hits) } else { Ok(1.0) }
+        if self.solids.is_none() || self.bare_until == 0.0 {
+            return Ok(1.0);
+        }
+        let end = self.bare_until / ray.ground_cosine;
+        let end = contact.map_or(end, |contact| contact.range.min(end));
+        let horizon = self.horizon(ray)?;
+        let clipped = self.clip(ray);
+        let (Some((enters, leaves)), Some(solids)) = (clipped, &mut self.solids) else { return Ok(1.0) };
+        let end = end.min(leaves);
+        let Some(horizon) = horizon else {
+            return if enters < end { solids.along(ray, [enters, end], [1.0, least], hits) } else { Ok(1.0) };
+        };
+
+        let mut left = 1.0;
+        for [from, until] in horizon.of_standing() {
+            let (from, until) = (from.max(enters), until.min(end));
+            if from >= end || left <= least {
+                break;
+            }
+            if from < until {
+                left = solids.along(ray, [from, until], [left, least], hits)?;
+            }
+        }
+        Ok(left)
+    }
+
+    /// Whether a ray surely meets nothing that stands, up to a range in metres.
+    ///
+    /// # Errors
+    /// A page that is damaged.
+    pub fn is_free_of_standing(&mut self, ray: &GridRay, range: f64) -> Result<bool> {
+        if self.solids.is_none() || self.bare_until == 0.0 {
+            return Ok(true);
+        }
+        Ok(self.horizon(ray)?.is_some_and(|horizon| horizon.is_free_of_standing(range)))
+    }
+
+    /// Returns the bounds of where a ray may meet something, if there are any.
+    fn horizon(&mut self, ray: &GridRay) -> Result<Option<RayHorizon<'a>>> {
+        let Self { cursor, bare, solids, .. } = self;
+        let blocks = solids.as_mut().map(Solids::blocks);
+        match self.horizons {
+            Some(horizons) => horizons.of_ray(ray, SectorLook { surface: cursor, bare, blocks }),
+            None => Ok(None),
+        }
     }
 
     /// Whether a ray is over the area, and no higher than its ground, at a range in metres.
@@ -241,8 +317,15 @@ impl<'a> Marcher<'a> {
         if search.level == self.coarsest {
             return self.walk_surface(search, search.level, start, end);
         }
-        let walk = CellWalk::new(search.ray, self.cursor.voxels(self.coarsest), start, end);
-        self.descend(search, self.coarsest, walk)
+        // A short way is through a few coarse voxels, which bound little of it, or of none but its own.
+        let way = (end - start) * search.ray.slope.truncate().length();
+        if way <= FEW_VOXELS * f64::from(Grid::side_units(search.level)) {
+            return self.walk_surface(search, search.level, start, end);
+        }
+        let is_wide = |level: &u8| f64::from(Grid::side_units(*level)) * FEW_VOXELS >= way;
+        let level = (search.level + 1..self.coarsest).find(is_wide).unwrap_or(self.coarsest);
+        let walk = CellWalk::new(search.ray, self.cursor.voxels(level), start, end);
+        self.descend(search, level, walk)
     }
 
     /// Walks voxels of `level`, which is coarser than the one that is searched, and goes into those
@@ -301,13 +384,19 @@ impl<'a> Marcher<'a> {
         step: &CellStep,
         lattice: &Lattice,
     ) -> Result<Option<Contact>> {
-        let place = lattice.place(step);
         let found = match self.surface {
             Surface::Smooth => self.on(search).corners(level, step.cell)?.map(|corners| {
-                Patch::new(corners).first_contact(search.ray, step, place).map(|range| (range, None))
+                let [a, b, c, d] = corners;
+                let highest = a.max(b).max(c.max(d));
+                if search.ray.lowest_between(step.enter, step.leave) > highest + CLEAR {
+                    return None;
+                }
+                let contact = Patch::new(corners).first_contact(search.ray, step, lattice.place(step));
+                contact.map(|range| (range, None))
             }),
             Surface::Blocks => self.on(search).height(level, step.cell)?.map(|top| {
-                block_contact(search.ray, step, top?, place).map(|(range, face)| (range, Some(face)))
+                let contact = block_contact(search.ray, step, top?, lattice.place(step));
+                contact.map(|(range, face)| (range, Some(face)))
             }),
         };
 

@@ -32,10 +32,12 @@ mod blocks;
 mod column;
 mod cursor;
 mod filter;
+mod ground_lanes;
 mod march;
 mod ray;
 #[doc(hidden)]
 pub mod scan;
+mod sectors;
 mod solid;
 mod surface;
 #[cfg(test)]
@@ -52,9 +54,14 @@ pub use cursor::PageCursor;
 #[doc(hidden)]
 pub use filter::{SurfaceFilter, SurfaceSample};
 #[doc(hidden)]
+pub use ground_lanes::{
+    GroundLanes, MOST_PIXELS_ALONG, MOST_SECANTS, MetGround, NEAR_ENOUGH, NEAR_ENOUGH_PER_METRE, RayLanes,
+};
+#[doc(hidden)]
 pub use march::Contact;
 pub use march::Marcher;
 pub use ray::GridRay;
+pub use sectors::SectorHorizons;
 #[doc(hidden)]
 pub use solid::{Face, SolidHit, Solids};
 #[doc(hidden)]

@@ -81,8 +81,13 @@ impl<'a> Solids<'a> {
         Self { measure, blocks: Blocks::new(source) }
     }
 
+    /// Returns the blocks that are kept.
+    pub(super) fn blocks(&mut self) -> &mut Blocks<'a> {
+        &mut self.blocks
+    }
+
     /// Appends what a ray meets between two ranges (metres), nearest first, until no more than `least` of the light behind is left. Returns that
-    /// share.
+    /// share; before them it is `left`.
     ///
     /// # Errors
     /// A page that is damaged.
@@ -90,33 +95,54 @@ impl<'a> Solids<'a> {
         &mut self,
         ray: &GridRay,
         [start, end]: [f64; 2],
-        least: f64,
+        [mut left, least]: [f64; 2],
         hits: &mut Vec<SolidHit>,
     ) -> Result<f64> {
         let Measure { lattice, .. } = self.measure;
         let blocks = lattice.grouped(BLOCK_SIDE);
-        let mut left = 1.0;
-        for group in CellWalk::new(ray, blocks.grouped(GROUP), start, end) {
+        let groups = blocks.grouped(GROUP);
+        // A short way is through a group or two.
+        if (end - start) * ray.slope.truncate().length() <= groups.side {
+            return self.through(ray, CellWalk::new(ray, blocks, start, end), [left, least], hits);
+        }
+
+        for group in CellWalk::new(ray, groups, start, end) {
             let first = group.cell.map(|cell| cell * i64::from(GROUP));
             let (_, view) = self.blocks.page(first)?;
             let [x, y] = corner_on_page(first);
             if self.measure.is_clear(ray, &group, view.highest(x, y, GROUP).into()) {
                 continue;
             }
-
-            for block in CellWalk::new(ray, blocks.inside(&group, GROUP), group.enter, group.leave) {
-                let [x, y] = corner_on_page(block.cell);
-                if self.measure.is_clear(ray, &block, view.block(x, y).high.into()) {
-                    continue;
-                }
-                let stands = self.blocks.get(block.cell, &view);
-                left = self.measure.cross(ray, &block, stands, [left, least], hits);
-                if left <= least {
-                    return Ok(left);
-                }
+            let inside = CellWalk::new(ray, blocks.inside(&group, GROUP), group.enter, group.leave);
+            left = self.through(ray, inside, [left, least], hits)?;
+            if left <= least {
+                break;
             }
         }
 
+        Ok(left)
+    }
+
+    /// [`Self::along`], of the blocks of a walk.
+    fn through(
+        &mut self,
+        ray: &GridRay,
+        walk: CellWalk,
+        [mut left, least]: [f64; 2],
+        hits: &mut Vec<SolidHit>,
+    ) -> Result<f64> {
+        for block in walk {
+            let (_, view) = self.blocks.page(block.cell)?;
+            let [x, y] = corner_on_page(block.cell);
+            if self.measure.is_clear(ray, &block, view.block(x, y).high.into()) {
+                continue;
+            }
+            let stands = self.blocks.get(block.cell, &view);
+            left = self.measure.cross(ray, &block, stands, [left, least], hits);
+            if left <= least {
+                break;
+            }
+        }
         Ok(left)
     }
 

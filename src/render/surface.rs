@@ -17,20 +17,15 @@ use super::limits::level_bands;
 use super::reference;
 use super::renderer::Renderer;
 use crate::frame::Frame;
-use crate::raymarch::{Contact, GridRay, LevelBands, Marcher, SolidHit, SurfaceFilter};
+use crate::raymarch::{
+    Contact, GridRay, GroundLanes, LevelBands, MOST_PIXELS_ALONG, MOST_SECANTS, Marcher, MetGround,
+    NEAR_ENOUGH, NEAR_ENOUGH_PER_METRE, RayLanes, SectorHorizons, SolidHit, SurfaceFilter,
+};
+use crate::simd::{Isa, LANES};
+use crate::space::Camera;
 use crate::subimage::{Farm, Stage};
 use crate::voxel::Attributes;
 use hedgehop_base::error::Result;
-
-/// Height above the surface at which a ray has met it, metres: so much, and so much for each metre of range.
-const NEAR_ENOUGH: f64 = 2.0e-4;
-const NEAR_ENOUGH_PER_METRE: f64 = 2.0e-5;
-
-/// Most secants from where planes met the surface to where a ray does.
-const MOST_SECANTS: usize = 5;
-
-/// Farthest way from there to here, pixels wide: rays that graze more are followed.
-const MOST_PIXELS_ALONG: f64 = 16.0;
 
 /// Fills normal, level and id of the pixels that see something, and returns ranges along the pixels' own rays.
 ///
@@ -46,6 +41,9 @@ pub fn describe(
     let camera = frame.camera.clone();
     let (width, rows) = (camera.width as usize, farm.task_size().rows.max(1) as usize);
     let source = renderer.source;
+    let bands = level_bands(source.header(), &camera, &renderer.options);
+    let horizons =
+        SectorHorizons::new(source.header().grid, bands.clone(), renderer.options.curvature, &camera);
 
     let tasks: Vec<_> = frame
         .normal
@@ -54,38 +52,119 @@ pub fn describe(
         .zip(frame.id.chunks_mut(width * rows))
         .zip(ranges.chunks_mut(width * rows))
         .zip(outlines.chunks(width * rows))
+        .map(|((((normal, level), id), range), outlines)| SurfaceRows { normal, level, id, range, outlines })
         .collect();
 
-    farm.each(Stage::Image, tasks, |task, ((((normal, level), id), range), outlines)| {
-        let mut segment = SurfaceProbe {
-            marcher: reference::marcher(source, &camera, &renderer.options),
+    // What a worker looked up serves all of its tasks.
+    let probe = || {
+        let marcher = reference::marcher(source, &camera, &renderer.options).beyond(horizons.as_ref());
+        let eye = marcher.ray(camera.pose.eye, glam::DVec3::Z).eye;
+        let curvature = renderer.options.curvature;
+        SurfaceProbe {
+            marcher,
             filter: SurfaceFilter::new(source, camera.footprint()),
-            bands: level_bands(source.header(), &camera, &renderer.options),
+            ground: GroundLanes::new(source, bands.clone(), curvature, eye, camera.pixel_angle()),
+            bands: bands.clone(),
             hits: Vec::new(),
-        };
-
-        for (pixel, range) in range.iter_mut().enumerate() {
-            let (column, row) = (pixel % width, task * rows + pixel / width);
-            let Some(ray) = camera.ray(column as f64 + 0.5, row as f64 + 0.5) else { continue };
-            let ray = segment.marcher.ray(ray.origin, ray.direction);
-            let Some(seen) = segment.look(&ray, *range, outlines[pixel])? else {
-                *range = f32::INFINITY;
-                continue;
-            };
-            (*range, normal[pixel], level[pixel]) = (seen.range, seen.normal.to_array(), seen.level);
-            id[pixel] = Frame::pixel_id(seen.attributes);
         }
-
+    };
+    farm.each_with(Stage::Image, tasks, probe, |probe, task, mut pixels| {
+        for row in 0..pixels.range.len() / width {
+            for column in (0..width).step_by(LANES) {
+                let part = ScreenPart { column, row: task * rows + row, count: LANES.min(width - column) };
+                pixels.describe(renderer.isa, &camera, probe, part, row * width + column)?;
+            }
+        }
         Ok(())
     })?;
 
     Ok(ranges)
 }
 
+/// Channels of some rows of the screen.
+struct SurfaceRows<'f> {
+    normal: &'f mut [[f32; 3]],
+    level: &'f mut [u8],
+    id: &'f mut [u32],
+    range: &'f mut [f32],
+    outlines: &'f [bool],
+}
+
+/// Pixels beside each other, no more than lanes.
+#[derive(Clone, Copy)]
+struct ScreenPart {
+    column: usize,
+    row: usize,
+    count: usize,
+}
+
+impl SurfaceRows<'_> {
+    /// Describes what the pixels of a part of the screen see, of which the first one has the index `first` here.
+    fn describe(
+        &mut self,
+        isa: Isa,
+        camera: &Camera,
+        probe: &mut SurfaceProbe<'_>,
+        part: ScreenPart,
+        first: usize,
+    ) -> Result<()> {
+        let mut sixteen = RayLanes::default();
+        let rays: [Option<GridRay>; LANES] = std::array::from_fn(|lane| {
+            let column = (part.column + lane) as f64 + 0.5;
+            let ray = (lane < part.count).then(|| camera.ray(column, part.row as f64 + 0.5));
+            ray.flatten().map(|ray| probe.marcher.ray(ray.origin, ray.direction))
+        });
+
+        // Plain ground, with nothing before it, is met by all of them at once.
+        for (lane, ray) in rays.iter().enumerate() {
+            let pixel = first + lane;
+            if let Some(ray) = ray
+                && !self.outlines[pixel]
+                && self.range[pixel] > 0.0
+                && self.range[pixel].is_finite()
+                && probe.marcher.is_free_of_standing(ray, self.range[pixel].into())?
+            {
+                sixteen.lanes |= 1 << lane;
+                sixteen.range.0[lane] = self.range[pixel];
+                for axis in 0..3 {
+                    sixteen.slope[axis].0[lane] = ray.slope[axis] as f32;
+                }
+            }
+        }
+        let mut met = MetGround::default();
+        if sixteen.lanes != 0 {
+            probe.ground.meet(isa, &sixteen, &mut met)?;
+        }
+
+        for (lane, ray) in rays.iter().enumerate() {
+            let (Some(ray), pixel) = (ray, first + lane) else { continue };
+            let seen = if met.lanes >> lane & 1 != 0 {
+                Some(SeenSurface {
+                    range: met.range.0[lane],
+                    normal: Vec3::from_array(std::array::from_fn(|axis| met.normal[axis].0[lane])),
+                    level: met.level[lane] as u8,
+                    attributes: met.attributes[lane],
+                })
+            } else {
+                probe.look(ray, self.range[pixel], self.outlines[pixel])?
+            };
+            let Some(seen) = seen else {
+                self.range[pixel] = f32::INFINITY;
+                continue;
+            };
+            (self.range[pixel], self.level[pixel]) = (seen.range, seen.level);
+            (self.normal[pixel], self.id[pixel]) = (seen.normal.to_array(), Frame::pixel_id(seen.attributes));
+        }
+
+        Ok(())
+    }
+}
+
 /// Looks along rays of pixels.
 struct SurfaceProbe<'a> {
     marcher: Marcher<'a>,
     filter: SurfaceFilter<'a>,
+    ground: GroundLanes<'a>,
     bands: LevelBands,
     hits: Vec<SolidHit>,
 }

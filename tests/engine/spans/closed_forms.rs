@@ -345,7 +345,7 @@ proptest! {
         let (mut found, mut expected) = (Vec::new(), Vec::new());
         let end = end.min(1.0e5);
         let left = [
-            solids.along(&ray, [start, end], least, &mut found).unwrap(),
+            solids.along(&ray, [start, end], [1.0, least], &mut found).unwrap(),
             solids.along_each_voxel(&ray, [start, end], least, &mut expected).unwrap(),
         ];
         prop_assert_eq!(found.len(), expected.len(), "{:?} {:?}", found, expected);

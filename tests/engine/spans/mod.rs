@@ -3,3 +3,4 @@
 mod closed_forms;
 mod engines;
 mod scenes;
+mod shortcuts;
