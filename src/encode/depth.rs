@@ -1,7 +1,5 @@
 //! Depth of every pixel, as files hold it.
 
-use glam::DVec3;
-
 use crate::frame::Frame;
 use crate::space::Screen;
 use crate::subimage::Farm;
@@ -15,24 +13,17 @@ pub(super) fn depth(frame: &Frame, farm: &Farm) -> Vec<f32> {
         return depth;
     }
     farm.rows(&mut depth, camera.width as usize, |row, line| {
-        let row = row as f64 + 0.5;
-        match (camera.screen(), camera.mapped(0.5, row)) {
-            // From pixel to pixel directions differ by 1 along the row, without rounding: several are computed at once.
-            (Screen::Planar { .. }, Some(first)) => {
-                for (column, depth) in (0_u32..).zip(line) {
-                    let mapped = first + DVec3::X * f64::from(column);
-                    let direction = (camera.world_from_mapping() * mapped).normalize();
-                    *depth = (f64::from(*depth) * camera.axis_cosine(direction)) as f32;
-                }
+        if let Some(direction) = camera.planar_directions(0, row as u32) {
+            for (column, depth) in (0_u32..).zip(line) {
+                *depth = (f64::from(*depth) * camera.axis_cosine(direction(column))) as f32;
             }
-            _ => {
-                for (column, depth) in (0_u32..).zip(line) {
-                    *depth = match camera.ray(f64::from(column) + 0.5, row) {
-                        Some(ray) => (f64::from(*depth) * camera.axis_cosine(ray.direction)) as f32,
-                        None => f32::INFINITY,
-                    };
-                }
-            }
+            return;
+        }
+        for (column, depth) in (0_u32..).zip(line) {
+            *depth = match camera.ray(f64::from(column) + 0.5, row as f64 + 0.5) {
+                Some(ray) => (f64::from(*depth) * camera.axis_cosine(ray.direction)) as f32,
+                None => f32::INFINITY,
+            };
         }
     });
     depth

@@ -245,6 +245,34 @@ impl<'a> PageCursor<'a> {
         Ok(codes.map(|codes| codes.map(|code| heights.decode(code).unwrap_or(f64::NAN))))
     }
 
+    /// Greatest height at the corners of the cells from `low` to `high` (column, row), metres: −∞ where there is no surface, +∞ where a page of it is absent.
+    pub fn highest_corner(&mut self, level: u8, low: [i64; 2], high: [i64; 2]) -> Result<f64> {
+        let apron = i64::from(APRON);
+        if let Some((plane, ApronPlace { width, x, y })) = self.heights(level, low)? {
+            let stride = (width + 2 * APRON) as usize;
+            let [columns, rows] = [high[0] - low[0] + 2, high[1] - low[1] + 2].map(|posts| posts as usize);
+            let first = [x + apron, y + apron];
+            // As a rule all are posts of one page.
+            if first[0] >= 0 && first[1] >= 0 && first[0] as usize + columns <= stride {
+                let from = first[1] as usize * stride + first[0] as usize;
+                let code = (0..rows).try_fold(HeightCode::EMPTY, |highest, row| {
+                    let line = plane.get(from + row * stride..)?.get(..columns)?;
+                    Some(line.iter().fold(highest, |highest, code| highest.max(*code)))
+                });
+                if let Some(code) = code {
+                    return Ok(self.heights.decode(code).unwrap_or(f64::NEG_INFINITY));
+                }
+            }
+        }
+
+        let mut highest = f64::NEG_INFINITY;
+        for (y, x) in (low[1]..=high[1]).flat_map(|y| (low[0]..=high[0]).map(move |x| (y, x))) {
+            let corners = self.corners(level, [x, y])?.unwrap_or([f64::INFINITY; 4]);
+            highest = corners.into_iter().fold(highest, f64::max);
+        }
+        Ok(highest)
+    }
+
     /// Colours at the same corners, sRGB.
     pub fn corner_colours(&mut self, level: u8, cell: [i64; 2]) -> Result<Option<[[u8; 3]; 4]>> {
         self.corner_samples(level, cell, Self::colours)
@@ -298,16 +326,16 @@ impl<'a> PageCursor<'a> {
     /// Attributes of the voxel of a level at a position in units, clamped into the area or repeated with it; where its page is
     /// absent, of the next coarser level.
     pub fn attributes_at(&mut self, level: u8, units: DVec2) -> Result<Attributes> {
-        match self.stored_attributes_at(level, units)? {
+        let (voxel, _) = self.voxels(level).cell_at(units);
+        match self.stored_attributes(level, voxel)? {
             Some(attributes) => Ok(attributes),
             None if usize::from(level) + 1 < self.slots.len() => self.attributes_at(level + 1, units),
             None => Ok(Attributes::default()),
         }
     }
 
-    /// The same of that level alone; `None` where its page is absent.
-    pub fn stored_attributes_at(&mut self, level: u8, units: DVec2) -> Result<Option<Attributes>> {
-        let (voxel, _) = self.voxels(level).cell_at(units);
+    /// Attributes of a voxel of a level, clamped into the area; `None` where its page is absent.
+    pub fn stored_attributes(&mut self, level: u8, voxel: [i64; 2]) -> Result<Option<Attributes>> {
         let found = self.posts(level, voxel)?;
         Ok(found.map(|(view, place)| view.attributes_at(place.x as u32, place.y as u32)))
     }

@@ -449,9 +449,11 @@ impl<'a> Meeting<'_, 'a> {
         while lanes != 0 {
             let lane = lanes.trailing_zeros() as usize;
             lanes &= lanes - 1;
-            let units = self.units(lane, self.met.range.0[lane]);
+            let level = self.met.level[lane] as u8;
+            let at = self.units(lane, self.met.range.0[lane]) / f64::from(Grid::side_units(level));
             let cursor = &mut self.ground.cursors[usize::from(is_bare >> lane & 1)];
-            match cursor.stored_attributes_at(self.met.level[lane] as u8, units)? {
+            // They lie within the area, so that this rounds down.
+            match cursor.stored_attributes(level, [at.x as i64, at.y as i64])? {
                 Some(attributes) => self.met.attributes[lane] = attributes,
                 None => self.met.lanes &= !(1 << lane),
             }

@@ -46,8 +46,9 @@ pub struct Marcher<'a> {
     curvature: Curvature,
     /// Ground distance at which the search ends, metres: finite where the area repeats.
     far: f64,
-    /// Bounds that tell where rays may begin.
+    /// Bounds that tell where rays may begin, and those of the latest ray by its slope.
     horizons: Option<&'a SectorHorizons>,
+    latest: Option<(DVec3, RayHorizon<'a>)>,
 }
 
 /// Ground distance beyond which an area without end is not looked at, metres, whatever the air: from 10 km up
@@ -131,6 +132,7 @@ impl<'a> Marcher<'a> {
             curvature: Curvature::FLAT,
             far: f64::INFINITY,
             horizons: None,
+            latest: None,
         }
     }
 
@@ -186,10 +188,7 @@ impl<'a> Marcher<'a> {
             return self.contact_within(ray, [from, until]);
         };
 
-        for [begins, ends] in horizon.of_ground() {
-            if begins > until {
-                break;
-            }
+        for [begins, ends] in horizon.of_ground(until) {
             let contact = self.contact_within(ray, [from.max(begins), until.min(ends)])?;
             if contact.is_some() {
                 return Ok(contact);
@@ -265,11 +264,11 @@ impl<'a> Marcher<'a> {
         };
 
         let mut left = 1.0;
-        for [from, until] in horizon.of_standing() {
-            let (from, until) = (from.max(enters), until.min(end));
-            if from >= end || left <= least {
+        for [from, until] in horizon.of_standing(end) {
+            if left <= least {
                 break;
             }
+            let (from, until) = (from.max(enters), until.min(end));
             if from < until {
                 left = solids.along(ray, [from, until], [left, least], hits)?;
             }
@@ -290,12 +289,18 @@ impl<'a> Marcher<'a> {
 
     /// Returns the bounds of where a ray may meet something, if there are any.
     fn horizon(&mut self, ray: &GridRay) -> Result<Option<RayHorizon<'a>>> {
+        let Some(horizons) = self.horizons else { return Ok(None) };
+        if let Some((slope, horizon)) = self.latest
+            && slope == ray.slope
+            && horizons.eye() == ray.eye
+        {
+            return Ok(Some(horizon));
+        }
         let Self { cursor, bare, solids, .. } = self;
         let blocks = solids.as_mut().map(Solids::blocks);
-        match self.horizons {
-            Some(horizons) => horizons.of_ray(ray, SectorLook { surface: cursor, bare, blocks }),
-            None => Ok(None),
-        }
+        let horizon = horizons.of_ray(ray, SectorLook { surface: cursor, bare, blocks })?;
+        self.latest = horizon.map(|horizon| (ray.slope, horizon));
+        Ok(horizon)
     }
 
     /// Whether a ray is over the area, and no higher than its ground, at a range in metres.

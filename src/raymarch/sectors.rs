@@ -32,15 +32,21 @@ const LEAST_SECTORS: f64 = 8.0;
 const MOST_SECTORS: f64 = 8192.0;
 
 /// Depth of rings: units at least, and share of their distance.
-const LEAST_DEPTH: f64 = 4.0;
-const DEPTH_PER_DISTANCE: f64 = 1.0 / 64.0;
+const LEAST_DEPTH: f64 = 3.0;
+const DEPTH_PER_DISTANCE: f64 = 1.0 / 96.0;
+
+/// Depth of parts of rings of which posts are looked at together, units.
+const POSTS_TOGETHER: f64 = 2.0;
 
 /// Room about a sector's parts for what rounding takes: units, and for each unit of distance.
 const ROOM: f64 = 1.0e-6;
 const ROOM_PER_UNIT: f64 = 1.0e-9;
 
 /// Sides of a cell before and behind a ring at which a march through it begins and ends: one that lies in two rings is passed whole.
-const BESIDE: f64 = 2.0;
+const BESIDE: f64 = 1.5;
+
+// No voxel of one stretch reaches into the next one, behind a ring at least: what stands is met once.
+const _: () = assert!(LEAST_DEPTH >= 2.0 * BESIDE);
 
 /// Places of the screen, along each side of it, of which the highest tangent is that of the view.
 const PLACES: u32 = 9;
@@ -97,6 +103,7 @@ struct SectorPart {
 }
 
 /// Bounds of one ray's sector.
+#[derive(Clone, Copy)]
 pub(super) struct RayHorizon<'h> {
     rings: &'h [f64],
     sector: &'h Sector,
@@ -114,33 +121,44 @@ impl RayHorizon<'_> {
         range * self.per_range <= from.unwrap_or(f64::INFINITY)
     }
 
-    /// Iterates over stretches of the ray in which it may meet the ground, ranges in metres, nearest first.
-    pub fn of_ground(&self) -> impl Iterator<Item = [f64; 2]> {
-        self.stretches(&self.sector.ground)
+    /// Iterates over stretches of the ray before `until` in which it may meet the ground, ranges in metres, nearest first.
+    pub fn of_ground(&self, until: f64) -> impl Iterator<Item = [f64; 2]> {
+        self.stretches(&self.sector.ground, until)
     }
 
     /// Iterates over stretches of the ray in which it may meet something that stands, as of the ground.
-    pub fn of_standing(&self) -> impl Iterator<Item = [f64; 2]> {
-        self.stretches(&self.sector.standing)
+    pub fn of_standing(&self, until: f64) -> impl Iterator<Item = [f64; 2]> {
+        self.stretches(&self.sector.standing, until)
     }
 
-    fn stretches<'e>(&'e self, envelope: &'e Envelope) -> impl Iterator<Item = [f64; 2]> + 'e {
+    fn stretches<'e>(
+        &'e self,
+        envelope: &'e Envelope,
+        until: f64,
+    ) -> impl Iterator<Item = [f64; 2]> + use<'e> {
         let Envelope { tangents, room, .. } = envelope;
-        let may_meet = |tangent: &f32| self.tangent <= *tangent;
-        let mut ring = envelope.first(self.tangent);
+        let Self { rings, tangent, per_range, .. } = *self;
+        let until = until * per_range;
+        let mut ring = envelope.first(tangent);
         let mut is_over = false;
 
         std::iter::from_fn(move || {
-            ring += tangents[ring..].iter().position(may_meet).unwrap_or(tangents.len() - ring);
-            let from = envelope.begins(ring, self.rings).filter(|_| !is_over)?;
-            ring += tangents[ring..].iter().take_while(|tangent| may_meet(tangent)).count();
+            while ring < tangents.len() && tangents[ring] < tangent {
+                ring += 1;
+                is_over |= envelope.begins(ring, rings).is_none_or(|begins| begins > until);
+                if is_over {
+                    return None;
+                }
+            }
+            let from = envelope.begins(ring, rings).filter(|begins| !is_over && *begins <= until)?;
+            ring = (ring + 1..tangents.len()).find(|at| tangents[*at] < tangent).unwrap_or(tangents.len());
             is_over = ring == tangents.len();
             // Nothing is known of what is farther.
             let end = match room.get(ring.wrapping_sub(1)) {
-                Some(room) if !is_over || envelope.beyond.is_none() => self.rings[ring] + f64::from(*room),
+                Some(room) if !is_over || envelope.beyond.is_none() => rings[ring] + f64::from(*room),
                 _ => f64::INFINITY,
             };
-            Some([from, end].map(|at| at / self.per_range))
+            Some([from, end].map(|at| at / per_range))
         })
     }
 }
@@ -177,6 +195,11 @@ impl SectorHorizons {
             per_quarter,
             sectors: (0..4 * per_quarter).map(|_| OnceLock::new()).collect(),
         })
+    }
+
+    /// Returns the eye: units, units, metres.
+    pub(super) fn eye(&self) -> DVec3 {
+        self.eye
     }
 
     /// Returns the bounds for a ray; `None` where there are none: of one from another eye, and straight up or down.
@@ -229,10 +252,10 @@ impl SectorHorizons {
             let mut highest = f64::NEG_INFINITY;
 
             if ring[1] <= bare_until {
-                for part in self.parts(ends, [ring[0], ring[1]], 1.0) {
-                    for cell in part.cells(&bare.cells(0)) {
-                        let corners = bare.corners(0, cell)?.unwrap_or([f64::INFINITY; 4]);
-                        let height = corners.into_iter().fold(f64::NEG_INFINITY, f64::max);
+                for part in self.parts(ends, [ring[0], ring[1]], POSTS_TOGETHER) {
+                    let [[west, east], [south, north]] = part.span(&bare.cells(0));
+                    if west <= east && south <= north {
+                        let height = bare.highest_corner(0, [west, south], [east, north])?;
                         highest = highest.max(self.tangent(height, part.reach));
                     }
                 }
@@ -320,15 +343,19 @@ impl SectorHorizons {
 }
 
 impl SectorPart {
-    /// Iterates over the cells of a lattice that it touches; beside the lattice there are none.
-    fn cells(&self, lattice: &Lattice) -> impl Iterator<Item = [i64; 2]> + use<> {
-        let range = |axis: usize| {
+    /// Returns the first and the last column and row of the cells of a lattice that it touches; beside the lattice there are none.
+    fn span(&self, lattice: &Lattice) -> [[i64; 2]; 2] {
+        [0, 1].map(|axis| {
             let Extent { first, last, .. } = lattice.spans[axis];
-            let at = |units: f64| (units / lattice.side - lattice.shift).floor();
-            (at(self.low[axis]) as i64).max(first)..=(at(self.high[axis]) as i64).min(last)
-        };
-        let columns = range(0);
-        range(1).flat_map(move |y| columns.clone().map(move |x| [x, y]))
+            let at = |units: f64| (units / lattice.side - lattice.shift).floor() as i64;
+            [at(self.low[axis]).max(first), at(self.high[axis]).min(last)]
+        })
+    }
+
+    /// Iterates over these cells.
+    fn cells(&self, lattice: &Lattice) -> impl Iterator<Item = [i64; 2]> + use<> {
+        let [[west, east], [south, north]] = self.span(lattice);
+        (south..=north).flat_map(move |y| (west..=east).map(move |x| [x, y]))
     }
 }
 

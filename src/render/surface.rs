@@ -11,7 +11,7 @@
 //!
 //! Elsewhere the range that planes found is moved along the ray to where that meets the surface.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use super::limits::level_bands;
 use super::reference;
@@ -58,7 +58,7 @@ pub fn describe(
     // What a worker looked up serves all of its tasks.
     let probe = || {
         let marcher = reference::marcher(source, &camera, &renderer.options).beyond(horizons.as_ref());
-        let eye = marcher.ray(camera.pose.eye, glam::DVec3::Z).eye;
+        let eye = marcher.ray(camera.pose.eye, DVec3::Z).eye;
         let curvature = renderer.options.curvature;
         SurfaceProbe {
             marcher,
@@ -98,6 +98,32 @@ struct ScreenPart {
     count: usize,
 }
 
+/// Rays of the pixels of a part of the screen.
+struct PartRays<'c> {
+    camera: &'c Camera,
+    part: ScreenPart,
+    /// Directions on a planar screen, where all have one.
+    planar: Option<[DVec3; LANES]>,
+}
+
+impl<'c> PartRays<'c> {
+    fn new(camera: &'c Camera, part: ScreenPart) -> Self {
+        let directions = camera.planar_directions(part.column as u32, part.row as u32);
+        let planar = directions.map(|direction| std::array::from_fn(|lane| direction(lane as u32)));
+        Self { camera, part, planar }
+    }
+
+    /// The ray of a lane in the coordinates of a marcher's grid; `None` where the screen has no picture.
+    fn get(&self, lane: usize, marcher: &Marcher<'_>) -> Option<GridRay> {
+        if let Some(planar) = &self.planar {
+            return Some(marcher.ray(self.camera.pose.eye, planar[lane]));
+        }
+        let column = (self.part.column + lane) as f64 + 0.5;
+        let ray = self.camera.ray(column, self.part.row as f64 + 0.5)?;
+        Some(marcher.ray(ray.origin, ray.direction))
+    }
+}
+
 impl SurfaceRows<'_> {
     /// Describes what the pixels of a part of the screen see, of which the first one has the index `first` here.
     fn describe(
@@ -108,24 +134,20 @@ impl SurfaceRows<'_> {
         part: ScreenPart,
         first: usize,
     ) -> Result<()> {
+        let rays = PartRays::new(camera, part);
         let mut sixteen = RayLanes::default();
-        let rays: [Option<GridRay>; LANES] = std::array::from_fn(|lane| {
-            let column = (part.column + lane) as f64 + 0.5;
-            let ray = (lane < part.count).then(|| camera.ray(column, part.row as f64 + 0.5));
-            ray.flatten().map(|ray| probe.marcher.ray(ray.origin, ray.direction))
-        });
 
         // Plain ground, with nothing before it, is met by all of them at once.
-        for (lane, ray) in rays.iter().enumerate() {
-            let pixel = first + lane;
-            if let Some(ray) = ray
-                && !self.outlines[pixel]
-                && self.range[pixel] > 0.0
-                && self.range[pixel].is_finite()
-                && probe.marcher.is_free_of_standing(ray, self.range[pixel].into())?
+        for lane in 0..part.count {
+            let range = self.range[first + lane];
+            if self.outlines[first + lane] || range <= 0.0 || range.is_infinite() {
+                continue;
+            }
+            if let Some(ray) = rays.get(lane, &probe.marcher)
+                && probe.marcher.is_free_of_standing(&ray, range.into())?
             {
                 sixteen.lanes |= 1 << lane;
-                sixteen.range.0[lane] = self.range[pixel];
+                sixteen.range.0[lane] = range;
                 for axis in 0..3 {
                     sixteen.slope[axis].0[lane] = ray.slope[axis] as f32;
                 }
@@ -136,8 +158,7 @@ impl SurfaceRows<'_> {
             probe.ground.meet(isa, &sixteen, &mut met)?;
         }
 
-        for (lane, ray) in rays.iter().enumerate() {
-            let (Some(ray), pixel) = (ray, first + lane) else { continue };
+        for (lane, pixel) in (first..first + part.count).enumerate() {
             let seen = if met.lanes >> lane & 1 != 0 {
                 Some(SeenSurface {
                     range: met.range.0[lane],
@@ -146,7 +167,8 @@ impl SurfaceRows<'_> {
                     attributes: met.attributes[lane],
                 })
             } else {
-                probe.look(ray, self.range[pixel], self.outlines[pixel])?
+                let Some(ray) = rays.get(lane, &probe.marcher) else { continue };
+                probe.look(&ray, self.range[pixel], self.outlines[pixel])?
             };
             let Some(seen) = seen else {
                 self.range[pixel] = f32::INFINITY;

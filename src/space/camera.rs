@@ -142,6 +142,16 @@ impl Camera {
         Some(Ray { origin: self.pose.eye, direction })
     }
 
+    /// Directions of the rays through the pixels of a row, from their number after `column` on, on a planar screen; `None` on others.
+    ///
+    /// They are those of [`Self::ray`] to the bit, without what keeps several of them from being computed at once.
+    pub fn planar_directions(&self, column: u32, row: u32) -> Option<impl Fn(u32) -> DVec3 + '_> {
+        let first = self.mapped(f64::from(column) + 0.5, f64::from(row) + 0.5);
+        let first = first.filter(|_| matches!(self.screen(), Screen::Planar { .. }))?;
+        // From pixel to pixel they differ by 1 along the row, without rounding.
+        Some(move |pixel| (self.world_from_mapping * (first + DVec3::X * f64::from(pixel))).normalize())
+    }
+
     /// Direction of [`Self::ray`] in axes of which [`Self::world_from_mapping`] tells how they lie: it depends on the screen
     /// and its size alone, not on the pose. Of any length but 0.
     pub fn mapped(&self, column: f64, row: f64) -> Option<DVec3> {
