@@ -24,7 +24,7 @@ use hedgehop_base::error::Result;
 /// Height above the surface at which a ray has met it, metres.
 pub const NEAR_ENOUGH: f64 = 2.0e-4;
 
-/// How much higher that is for each metre of range.
+/// Growth of [`NEAR_ENOUGH`] for each metre of range, metres.
 pub const NEAR_ENOUGH_PER_METRE: f64 = 2.0e-5;
 
 /// Most secants from where planes met the surface to where a ray does.

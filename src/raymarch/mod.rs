@@ -61,6 +61,7 @@ pub use ground_lanes::{
 pub use march::Contact;
 pub use march::Marcher;
 pub use ray::GridRay;
+#[doc(hidden)]
 pub use sectors::SectorHorizons;
 #[doc(hidden)]
 pub use solid::{Face, SolidHit, Solids};

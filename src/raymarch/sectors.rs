@@ -76,21 +76,22 @@ struct Sector {
 /// Greatest tangents of what lies in rings.
 #[derive(Default)]
 struct Envelope {
-    /// Of each ring, and of it and those nearer, metres per unit.
+    /// Tangent of each ring, metres per unit.
     tangents: Vec<f32>,
+    /// Greatest tangent of each ring and those nearer.
     highest: Vec<f32>,
     /// Distance before and behind each ring at which a march through it begins and ends, units.
     room: Vec<f32>,
-    /// That of what lies beyond the last one; `None`: nothing does.
+    /// Room before what lies beyond the last ring, units; `None`: nothing does.
     beyond: Option<f32>,
 }
 
-/// What looks at the database for the bounds of a sector.
+/// Readers of the database, for the bounds of a sector.
 pub(super) struct SectorLook<'l, 'a> {
     /// The surface, and bare ground.
     pub surface: &'l mut PageCursor<'a>,
     pub bare: &'l mut PageCursor<'a>,
-    /// What stands on that; `None`: nothing does.
+    /// Blocks of what stands on bare ground; `None`: nothing does.
     pub blocks: Option<&'l mut Blocks<'a>>,
 }
 
