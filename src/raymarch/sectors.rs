@@ -2,14 +2,15 @@
 //!
 //! ```text
 //! for each ring of ground distance, from the eye outward:
-//!     tangent[ring] = max(tangent[ring before], highest tangent of what lies in the sector's part of the ring)
+//!     tangent[ring] = highest tangent of what lies in the sector's part of the ring
+//!     highest[ring] = max(highest[ring before], tangent[ring])
 //!
-//! a ray of tangent t meets nothing before the first ring with tangent[ring] ≥ t
+//! a ray of tangent t marches through rings with tangent[ring] ≥ t, from the first one with highest[ring] ≥ t on
 //! ```
 //!
-//! Rays of one sector share this table, whatever their elevation: each begins its march where it may first meet something, not
-//! at the eye. Heights are those of the stored bounds (maximum mipmaps: Tevs, Ihrke and Seidel, 2008), so that a ray meets what
-//! it would meet without the table. A sector is looked at when a ray asks for it first.
+//! Rays of one sector share this table, whatever their elevation: each marches where it may meet something, not from the eye.
+//! Heights are those of the stored bounds (maximum mipmaps: Tevs, Ihrke and Seidel, 2008), of bare ground its posts', of what
+//! stands its voxels', so that a ray meets what it would meet without the table. A sector is looked at when a ray first asks for it.
 
 use std::sync::OnceLock;
 
