@@ -422,7 +422,7 @@ impl<'a> Meeting<'_, 'a> {
                     let places = patch.places(simd, [east, north], range);
                     let (found, is_known) = patch.gradients(simd, &places);
                     let here = patch.holds(simd, &places, 0.0).bits() & (lanes | 1 << lane);
-                    // Those that have none, and one that lies beside the page by rounding, are left.
+                    // Rays without a gradient are left to the scalar filter, as is one that lies beside the page by rounding.
                     self.met.lanes &= !(here & !is_known.bits() | (1 << lane) & !here);
                     lanes &= !here;
                     let weight = (weight * simd.splat(per_code as f32)).select(simd.mask(here), zero);

@@ -133,6 +133,7 @@ impl RayHorizon<'_> {
         self.stretches(&self.sector.standing, until)
     }
 
+    /// Iterates over runs of an envelope's rings whose bounds the ray does not clear, as ranges in metres.
     fn stretches<'e>(
         &'e self,
         envelope: &'e Envelope,

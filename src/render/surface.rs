@@ -9,7 +9,8 @@
 //! the ray passes what planes found by more than a pixel
 //! ```
 //!
-//! Elsewhere the range that planes found is moved along the ray to where that meets the surface.
+//! Elsewhere the range that planes found is moved along the ray to where that meets the surface, of sixteen pixels at once
+//! ([`GroundLanes`]). Rays that are followed begin where bounds about the eye let them meet something ([`SectorHorizons`]).
 
 use glam::{DVec3, Vec3};
 
@@ -55,7 +56,7 @@ pub fn describe(
         .map(|((((normal, level), id), range), outlines)| SurfaceRows { normal, level, id, range, outlines })
         .collect();
 
-    // What a worker looked up serves all of its tasks.
+    // Pages and blocks that a worker looked up serve all of its tasks.
     let probe = || {
         let marcher = reference::marcher(source, &camera, &renderer.options).beyond(horizons.as_ref());
         let eye = marcher.ray(camera.pose.eye, DVec3::Z).eye;

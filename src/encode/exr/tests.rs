@@ -131,7 +131,7 @@ fn any_number_of_workers_makes_the_same_bytes() {
     }
 }
 
-/// What pixels of a test hold.
+/// Kind of samples that the pixels of a test have.
 #[derive(Debug, Clone, Copy)]
 enum Content {
     /// The frame of other tests.

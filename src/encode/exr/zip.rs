@@ -62,10 +62,11 @@ impl Zip {
 
     /// Compresses the differences into fewer than `limit` bytes; `None` if they take more.
     fn shrunk(&mut self, limit: usize) -> Option<Vec<u8>> {
-        let mut out = Vec::with_capacity(limit.saturating_sub(1));
+        // It stops where this memory ends, which may be more than was asked for.
+        let mut out = Vec::with_capacity(limit);
         self.deflate.reset();
         let status = self.deflate.compress_vec(&self.differences, &mut out, FlushCompress::Finish);
-        matches!(status, Ok(Status::StreamEnd)).then_some(out)
+        (matches!(status, Ok(Status::StreamEnd)) && out.len() < limit).then_some(out)
     }
 }
 

@@ -183,7 +183,7 @@ proptest! {
                 for lane in (0..LANES).filter(|lane| met.lanes >> lane & 1 != 0) {
                     let (ray, contact) = (&rays[lane], contacts[lane].unwrap());
                     let range = f64::from(met.range.0[lane]);
-                    // It may meet a fold of the ground beside the first one: there it is on the surface, too.
+                    // A ray may meet a fold of the ground beside the first one: there it is on the surface, too.
                     let own = Contact { range, level: met.level[lane] as u8, ..contact };
                     let above = filter.clearance(ray, &own).unwrap().unwrap();
                     prop_assert!(above.abs() < 4.0e-4 + 4.0e-5 * range, "{isa}: {above} m above at {range} m");
@@ -196,7 +196,7 @@ proptest! {
                 }
             }
         }
-        // As a rule they do.
-        prop_assert!(place == 1 || found * 2 >= asked || asked < 400, "{found} of {asked}");
+        // As a rule they do: few pixels of a view lie at voids, edges or changes of level.
+        prop_assert!(found * 2 >= asked || asked < 400, "{found} of {asked}");
     }
 }
