@@ -315,6 +315,7 @@ fn see(
     let strides = strides.with_bare_ground(bare_until);
     let angle = view.camera.pixel_angle();
     let row_table = RowTable::new(view.shape.edges(), view.shape.centres());
+    let row_coordinate = view.shape.row_coordinate(&row_table.edges);
     let per_task = (farm.task_size_or(SUITABLE).lines as usize / LANES).max(1);
     let bend = renderer.options.curvature.inverse_diameter;
     let atmosphere = renderer.options.atmosphere(header);
@@ -375,6 +376,7 @@ fn see(
                     bare_until,
                     field,
                     row_table,
+                    row_coordinate,
                     kept,
                     scale,
                     air,

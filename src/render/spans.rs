@@ -6,7 +6,7 @@ use super::plane_image::DepthsMut;
 use super::renderer::Renderer;
 use crate::frame::stage::{Cell, Scale, SpanPaint};
 use crate::raymarch::scan::{
-    KeptPlanes, MarchField, PlaneGroup, Profile, RowTable, SpanCoverage, SpanMarch, SpanScan,
+    KeptPlanes, MarchField, PlaneGroup, Profile, RowCoordinate, RowTable, SpanCoverage, SpanMarch, SpanScan,
 };
 use crate::sensor::ShadedFacets;
 use crate::simd::{Isa, LANES};
@@ -30,6 +30,7 @@ pub struct SeenGroup<'s> {
     pub bare_until: f64,
     pub field: MarchField,
     pub row_table: &'s RowTable,
+    pub row_coordinate: RowCoordinate,
     pub kept: &'s KeptPlanes,
     pub scale: Scale,
     pub air: &'s AtmosphereLanes,
@@ -54,19 +55,31 @@ impl<'a> SpanRenderer<'a> {
     /// # Errors
     /// A page that is damaged.
     pub fn put(&mut self, seen: &SeenGroup<'_>, cells: &mut [Cell], depths: DepthsMut<'_>) -> Result<()> {
-        let SeenGroup { group, profile, bare_until, field, row_table, kept, scale, air, squares } = *seen;
-        let standing = SpanScan {
+        let SeenGroup {
+            group,
+            profile,
+            bare_until,
+            field,
+            row_table,
+            row_coordinate,
+            kept,
+            scale,
+            air,
+            squares,
+        } = *seen;
+        let scan = SpanScan {
             eye: self.eye,
             group,
             profile,
             until: bare_until,
             field,
             row_table,
+            row_coordinate,
             first: kept.first,
             rows: kept.filled.len(),
             has_depths: !depths.inverse.is_empty(),
         };
-        self.march.see(self.isa, &standing, &mut self.facets, &mut self.cover)?;
+        self.march.see(self.isa, &scan, &mut self.facets, &mut self.cover)?;
         let DepthsMut { inverse, tilts } = depths;
         let cover = &self.cover;
         let solids =

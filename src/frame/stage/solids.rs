@@ -52,13 +52,13 @@ impl Kernel for SpanPaint<'_> {
         }
 
         let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
-        for (row, seen) in self.cover.rows() {
+        for (row, seen, middle) in self.cover.rows() {
             let (Some(cell), Some(centre)) =
                 (self.cells.get_mut(row), self.row_table.centres.get(self.first + row))
             else {
                 continue;
             };
-            let share = simd.load(&seen[3].0).min(one);
+            let share = simd.load(&seen.share.0).min(one);
             let shows = simd.splat(LEAST_SHARE).lt(share);
             if !shows.any() {
                 continue;
@@ -67,10 +67,10 @@ impl Kernel for SpanPaint<'_> {
             let per_share = share.max(simd.splat(LEAST_SHARE)).recip();
             let mut light = [zero; 3];
             for (channel, light) in light.iter_mut().enumerate() {
-                *light = simd.load(&seen[channel].0) * per_share;
+                *light = simd.load(&seen.light[channel].0) * per_share;
             }
 
-            let inverse = (simd.load(&seen[4].0) * per_share).select(shows, one);
+            let inverse = (simd.load(&seen.inverse.0) * per_share).select(shows, one);
             let slope = simd.splat(*centre);
             let depth = inverse.recip();
             let slant = slope.mul_add(slope, squares).sqrt_rough();
@@ -82,12 +82,12 @@ impl Kernel for SpanPaint<'_> {
             }
 
             self.scale.encode(simd, mixed).store_masked(shows, &mut cell.0);
-            if let Some(known) = self.inverse.get_mut(row) {
-                let middle = simd.load(&seen[5].0);
-                let stands = zero.lt(middle);
-                middle.store_masked(stands, &mut known.0);
-                for (axis, tilts) in self.tilts.iter_mut().enumerate() {
-                    simd.load(&seen[6 + axis].0).store_masked(stands, &mut tilts[row].0);
+            if let (Some(known), Some(middle)) = (self.inverse.get_mut(row), middle) {
+                let inverse = simd.load(&middle.inverse.0);
+                let stands = zero.lt(inverse);
+                inverse.store_masked(stands, &mut known.0);
+                for (tilts, tilt) in self.tilts.iter_mut().zip(&middle.tilts) {
+                    simd.load(&tilt.0).store_masked(stands, &mut tilts[row].0);
                 }
             }
         }

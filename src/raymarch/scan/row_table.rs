@@ -69,24 +69,6 @@ impl RowTable {
         cell.max(simd.splat(0.0)).min(last).to_int()
     }
 
-    /// Returns the number of rows below a tangent, the part of the one that it is in included: 0 to their number.
-    #[inline(always)]
-    pub fn rows_below(&self, tangent: f32) -> f32 {
-        let last = self.per_row.len();
-        let cell = self.cell(evenly(tangent).max(self.start)).min(self.before.len() - 2);
-        let row = (self.before[cell] as usize).saturating_sub(1);
-        // One more edge may lie in the cell's nearer part, as often as not; more than that seldom do.
-        let edge = |row: usize| self.edges.get(row + 1).copied().unwrap_or(f32::INFINITY);
-        let mut row = row + usize::from(edge(row) <= tangent);
-        while edge(row) <= tangent {
-            row += 1;
-        }
-        if row >= last {
-            return last as f32;
-        }
-        row as f32 + ((tangent - self.edges[row]) * self.per_row[row]).max(0.0)
-    }
-
     /// Edges in a range of cells, the last one included.
     #[inline(always)]
     pub fn between(&self, first: i32, last: i32) -> Range<usize> {

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use glam::DVec3;
 
-use super::{Panorama, PlaneGroup, Upright};
+use super::{Panorama, PlaneGroup, RowCoordinate, Upright};
 use crate::raymarch::scan::panorama::MOST_WORDS;
 use crate::simd::{LANES, Sixteen};
 use crate::voxel::Grid;
@@ -61,6 +61,14 @@ impl PlaneArray {
         match self {
             Self::Upright(upright) => upright.centres(),
             Self::Panorama(panorama) => panorama.centres(),
+        }
+    }
+
+    /// Rows by the tangent of elevation; `edges`: those of [`Self::edges`].
+    pub fn row_coordinate(&self, edges: &[f32]) -> RowCoordinate {
+        match self {
+            Self::Upright(upright) => upright.row_coordinate(edges),
+            Self::Panorama(panorama) => panorama.row_coordinate(edges),
         }
     }
 

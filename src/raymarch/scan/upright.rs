@@ -18,7 +18,7 @@ use std::ops::Range;
 
 use glam::{DVec2, DVec3};
 
-use super::PlaneGroup;
+use super::{PlaneGroup, RowCoordinate};
 use crate::simd::{Each, Floats, LANES, Simd, Sixteen};
 use crate::space::{Attitude, Camera, Screen};
 use crate::voxel::Grid;
@@ -136,6 +136,11 @@ impl Upright {
     /// Tangents of elevation of the rows' middles, rising.
     pub fn centres(&self) -> Vec<f32> {
         (0..self.size[1]).map(|row| self.tangent(row as f64) as f32).collect()
+    }
+
+    /// Rows by the tangent of elevation.
+    pub fn row_coordinate(&self, edges: &[f32]) -> RowCoordinate {
+        RowCoordinate::projective(self.pitch, self.focal, (self.row - 0.5) / self.focal, edges)
     }
 
     fn tangent(&self, row: f64) -> f64 {

@@ -33,7 +33,7 @@ pub use annulus::{Annulus, Between};
 use directions::DirectionCell;
 pub use directions::Directions;
 
-use super::PlaneGroup;
+use super::{PlaneGroup, RowCoordinate};
 use crate::simd::math::atan2;
 use crate::simd::{Each, Floats, LANES, Simd, Sixteen};
 use crate::space::{Camera, Screen};
@@ -168,6 +168,12 @@ impl Panorama {
         let elevation = (row - 0.5 * (self.rows - 1) as f64) * self.step;
         let most = FRAC_PI_2 - OFF_POLE * self.step;
         elevation.clamp(-most, most)
+    }
+
+    /// Rows of the extent by the tangent of elevation.
+    pub fn row_coordinate(&self, edges: &[f32]) -> RowCoordinate {
+        let horizon = 0.5 * self.rows as f64 - self.extent.start as f64;
+        RowCoordinate::angular(1.0 / self.step, horizon, edges)
     }
 
     /// Rows that some group has.

@@ -1,11 +1,11 @@
-//! Spans of a voxel, where a plane crosses them.
+//! Spans of a voxel, where planes cross them.
 
-use super::RowTable;
-use super::column::{Fill, FreeRows, Haze, LinearTerm, PlanePassage};
+use super::coverage::SpanCoverage;
+use super::fill::{Fill, Haze, LinearTerm, PlanePassage};
 use super::horizon::FloatingHorizon;
-use crate::raymarch::scan::spans::metric::Metric;
-use crate::raymarch::scan::{FaceDirection, FacetLight};
-use crate::simd::{Each, Simd, Sixteen};
+use super::metric::{FaceDirection, FacetLight, LEAST_DISTANCE, Metric};
+use crate::raymarch::scan::RowCoordinate;
+use crate::simd::{Each, Floats, Ints, LANES, Mask, Simd};
 use crate::voxel::{Cut, PageId, Span};
 
 /// Distance of walls and upper ends of neighbours that are taken for one, sides of a voxel; as the reference has it.
@@ -17,106 +17,148 @@ const BY_ROUNDING: f32 = 1.0e-5;
 /// Spans of a voxel that are put in order together.
 const MOST_SORTED: usize = 16;
 
-/// Spans of a voxel where a plane crosses them.
-pub(super) struct VoxelCrossing<'c, 'f, L, V> {
+/// Planes as the voxels that they cross see them.
+#[derive(Clone, Copy)]
+pub(super) struct PlaneLanes<V: Simd> {
+    /// Metres of depth per unit of major distance.
+    pub depth: V::F,
+    /// Curvature's drop per squared unit of major distance, metres.
+    pub drop: V::F,
+    /// Height of the datum above the eye, metres.
+    pub datum: V::F,
+    /// Sides of a voxel along the ground per unit of major distance.
+    pub ground: V::F,
+    /// Depth per distance along the ground.
+    pub level: V::F,
+    /// Sides of a voxel eastward and northward per metre of depth, and by how much that changes to the next plane.
+    pub ahead: [V::F; 2],
+    pub beside: [V::F; 2],
+}
+
+/// What hides all below it, of each plane.
+#[derive(Clone, Copy)]
+pub(super) struct Floor<V: Simd> {
+    /// Tangent, and the rows below it.
+    pub tangent: V::F,
+    pub rows: V::F,
+}
+
+/// Spans of a voxel where planes cross them.
+pub(super) struct VoxelCrossing<'c, 'p, L, V: Simd> {
     pub simd: V,
     pub page: PageId,
     /// Column and row on the page.
     pub voxel: [u32; 2],
     pub metric: &'c Metric,
-    pub column: &'c mut FreeRows,
+    pub coverage: &'c mut SpanCoverage,
     pub light: &'c mut L,
-    pub row_table: &'f RowTable,
+    pub row_coordinate: RowCoordinate,
     /// Index of the first row.
     pub first: f32,
     /// Tangents of the middles of rows from there on.
-    pub centres: &'c [Sixteen],
-    /// Sides of a voxel along the ground per unit of major distance.
-    pub ground: f32,
-    /// Depth per distance along the ground.
-    pub level: f32,
-    /// Sides of a voxel eastward and northward per metre of depth, and by how much that changes to the next plane.
-    pub ahead: [f32; 2],
-    pub beside: [f32; 2],
-    /// Floor below which the ground or nearer spans hide everything: tangent, and rows from the first one.
-    pub floor: f32,
-    pub hidden: f32,
+    pub centres: &'c [f32],
+    pub lanes: &'c PlaneLanes<V>,
+    pub floor: Floor<V>,
+    pub horizon: &'c FloatingHorizon<'p, V>,
     /// Major distance between the ends, units.
-    pub length: f32,
-    /// Entry and exit of the plane: from the voxel's centre, sides of it; and inverse depths there, 1/metres.
-    pub ends: [[f32; 2]; 2],
-    pub inverse: [f32; 2],
-    /// Height of the datum there above the eye, with the Earth's curvature, metres.
-    pub above: f32,
+    pub length: V::F,
+    /// Entry and exit of the planes: from the voxel's centre, sides of it; and inverse depths there, 1/metres.
+    pub ends: [[V::F; 2]; 2],
+    pub inverse: [V::F; 2],
+    /// Height of the datum there above the eye, with the Earth's curvature, metres; and about that of all planes.
+    pub above: V::F,
+    pub about: f32,
+    /// Place of the eye from the voxel's centre, sides of it.
+    pub eye: [f32; 2],
 }
 
-/// A wall near a place.
-#[derive(Debug, Clone, Copy)]
-struct Wall {
-    facing: u8,
-    normal: [f32; 2],
+/// Span that planes meet, and between which shares of their ways through the voxel.
+#[derive(Clone, Copy)]
+struct MetSpan<'s, V: Simd> {
+    span: &'s Span,
+    planes: V::M,
+    shares: [V::F; 2],
+}
+
+/// The walls of a span that are nearest to places.
+struct NearestWall<V: Simd> {
+    /// Direction that it looks in, 256ths of a turn.
+    facing: V::I,
+    normal: [V::F; 2],
     /// Distance of the place before the wall, sides of a voxel.
-    before: f32,
+    before: V::F,
     /// Beyond it the same thing goes on.
-    is_joint: bool,
+    is_joint: V::M,
+}
+
+impl<V: Simd> PlaneLanes<V> {
+    /// Inverse depths at major distances, 1/metres.
+    #[inline(always)]
+    pub fn inverse(&self, simd: V, distance: V::F) -> V::F {
+        (self.depth * distance.max(simd.splat(LEAST_DISTANCE as f32))).recip()
+    }
+
+    /// Heights of the datum above the eye at major distances, with the Earth's curvature, metres.
+    #[inline(always)]
+    pub fn datum(&self, distance: V::F) -> V::F {
+        (self.drop * distance).neg_mul_add(distance, self.datum)
+    }
 }
 
 impl<L: FacetLight, V: Simd> VoxelCrossing<'_, '_, L, V> {
-    /// Whether a span's upper end lies below the eye, which is at a place from the voxel's centre, sides of it.
+    /// Whether a span's upper end lies below the eye.
     #[inline(always)]
-    fn is_below(&self, span: &Span, eye: [f32; 2]) -> bool {
+    fn is_below(&self, span: &Span) -> bool {
         let Metric { scale, spacing, .. } = *self.metric;
-        let rise = if span.slope == [0, 0] { 0.0 } else { dot(span.slopes(), eye) * spacing };
-        scale * f32::from(span.high) + self.above + rise <= 0.0
+        let slope = span.slopes();
+        let rise = (slope[0] * self.eye[0] + slope[1] * self.eye[1]) * spacing;
+        scale * f32::from(span.high) + self.about + rise <= 0.0
     }
 
     /// Looks at the spans of the voxel.
     #[inline(always)]
-    pub fn look_at(&mut self, spans: &[Span], ground: &mut FloatingHorizon<'_>) {
-        let Metric { scale, spacing, .. } = *self.metric;
-        let rise_per_step = 0.5 * spacing / Span::SLOPE_STEPS;
+    pub fn look_at(&mut self, planes: V::M, spans: &[Span]) {
+        if let [span] = spans {
+            if let Some(met) = self.within(planes, span) {
+                self.meet(&met);
+            }
+            return;
+        }
 
         // Of two above each other the upper is met first from above the plane between them, the lower from below: outward from the eye, as ends that slope go on to it.
-        let eye = [0, 1].each(|axis| self.ends[0][axis] - self.ahead[axis] / self.inverse[0]);
         // The steps of `slice::partition_point`, whose closure would be a function of its own without the instruction set. Spans that stand beside
         // each other have no order, so which of them are looked at matters.
         let (mut first, mut size) = (0, spans.len());
         while size > 1 {
             let half = size / 2;
-            first += if self.is_below(&spans[first + half], eye) { half } else { 0 };
+            first += if self.is_below(&spans[first + half]) { half } else { 0 };
             size -= half;
         }
-        first += usize::from(size > 0 && self.is_below(&spans[first], eye));
+        first += usize::from(size > 0 && self.is_below(&spans[first]));
         let mut outward = spans[first..].iter().chain(spans[..first].iter().rev());
-        let Some(any) = spans.first() else { return };
-        let mut met = [([0.0_f32; 2], any); MOST_SORTED];
+        let mut met: [Option<MetSpan<'_, V>>; MOST_SORTED] = [None; MOST_SORTED];
 
         loop {
             let mut count = 0;
             while count < MOST_SORTED
                 && let Some(span) = outward.next()
             {
-                let steepest =
-                    f32::from(span.slope[0].unsigned_abs()) + f32::from(span.slope[1].unsigned_abs());
-                let top = scale * f32::from(span.high) + self.above + steepest * rise_per_step;
-                if top * self.inverse[usize::from(top < 0.0)] <= self.floor {
-                    continue;
-                }
-
-                let Some(shares) = self.within(span) else { continue };
-                // Halves of a ridge stand beside each other in one voxel: the nearer one comes first.
+                let Some(span) = self.within(planes, span) else { continue };
+                // Halves of a ridge stand beside each other in one voxel: the nearer one comes first, in all planes that cross both.
                 let mut at = count;
-                while at > 0 && met[at - 1].0[0] > shares[0] {
+                while at > 0
+                    && let Some(before) = &met[at - 1]
+                    && span.is_nearer(before)
+                {
                     met[at] = met[at - 1];
                     at -= 1;
                 }
-
-                met[at] = (shares, span);
+                met[at] = Some(span);
                 count += 1;
             }
 
-            for (shares, span) in &met[..count] {
-                self.meet(span, *shares, ground);
+            for span in met[..count].iter().flatten() {
+                self.meet(span);
             }
             if count < MOST_SORTED {
                 return;
@@ -124,242 +166,396 @@ impl<L: FacetLight, V: Simd> VoxelCrossing<'_, '_, L, V> {
         }
     }
 
-    /// Returns the number of rows below a tangent; rows that are hidden do not matter.
+    /// Finds which of `planes` cross a span that they may see, and between which shares of their ways through the voxel they are within its walls.
     #[inline(always)]
-    fn row(&self, tangent: f32) -> f32 {
-        if tangent <= self.floor { self.hidden } else { self.row_table.rows_below(tangent) - self.first }
+    fn within<'s>(&self, planes: V::M, span: &'s Span) -> Option<MetSpan<'s, V>> {
+        let simd = self.simd;
+        let Metric { scale, spacing, .. } = *self.metric;
+        let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
+
+        let steepest = f32::from(span.slope[0].unsigned_abs()) + f32::from(span.slope[1].unsigned_abs());
+        let rise = steepest * (0.5 * spacing / Span::SLOPE_STEPS);
+        let top = simd.splat(scale * f32::from(span.high) + rise) + self.above;
+        let top = top * self.inverse[1].select(top.lt(zero), self.inverse[0]);
+        let mut planes = planes & self.floor.tangent.lt(top);
+        let mut shares = [zero, one];
+
+        for (index, cut) in span.cuts.iter().enumerate() {
+            if !cut.is_wall() {
+                break;
+            }
+            let beyond = self.beyond(cut);
+            if index == 0 && span.is(Span::STRIP) {
+                let half = simd.splat(0.5 * f32::from(span.high - span.low.min(span.high)) * scale / spacing);
+                planes = self.clip(planes, &mut shares, [beyond[0] - half, beyond[1] - half]);
+                let beyond = [zero - beyond[0] - half, zero - beyond[1] - half];
+                planes = self.clip(planes, &mut shares, beyond);
+            } else {
+                planes = self.clip(planes, &mut shares, beyond);
+            }
+        }
+
+        planes.any().then_some(MetSpan { span, planes, shares })
     }
 
-    /// Fills what is seen of a span, of which the plane crosses a part between two shares of the way through the voxel.
+    /// Distances of both ends beyond a wall, sides of the voxel.
     #[inline(always)]
-    fn meet(&mut self, span: &Span, cut: [f32; 2], ground: &mut FloatingHorizon<'_>) {
-        let Metric { scale, spacing, .. } = *self.metric;
-        let between = |[near, far]: [f32; 2], share: f32| near + (far - near) * share;
+    fn beyond(&self, cut: &Cut) -> [V::F; 2] {
+        let normal = self.metric.directions[usize::from(cut.facing)];
+        let distance = self.simd.splat(cut.distance() + BY_ROUNDING);
+        let [near, far] = self.ends;
+        [self.dot(normal, near) - distance, self.dot(normal, far) - distance]
+    }
 
-        // Inverse depth is not linear in the distance, but 1 / it is.
-        let inverse = cut.each(|share| match share {
-            0.0 => self.inverse[0],
-            1.0 => self.inverse[1],
-            _ => 1.0 / between(self.inverse.each(|inverse| 1.0 / inverse), share),
-        });
-        let [[east, north], [far_east, far_north]] = self.ends;
-        let (easts, norths) = ([east, far_east], [north, far_north]);
-        let at = [
-            [between(easts, cut[0]), between(norths, cut[0])],
-            [between(easts, cut[1]), between(norths, cut[1])],
-        ];
+    /// Clips ranges of shares to where `beyond`, linear from share 0 to 1, is not positive. Returns those of `planes` of which something is left.
+    #[inline(always)]
+    fn clip(&self, planes: V::M, [from, to]: &mut [V::F; 2], [first, last]: [V::F; 2]) -> V::M {
+        let zero = self.simd.splat(0.0);
+        let outside = [zero.lt(first), zero.lt(last)];
+        let crossing = first / (first - last);
+        *from = from.max(crossing).select(outside[0], *from);
+        *to = to.min(crossing).select(outside[1], *to);
+        planes & !(outside[0] & outside[1]) & from.lt(*to)
+    }
+
+    /// Numbers of rows below tangents; rows that are hidden do not matter.
+    #[inline(always)]
+    fn rows(&self, tangents: V::F) -> V::F {
+        let rows = self.row_coordinate.rows_below(self.simd, tangents) - self.simd.splat(self.first);
+        self.floor.rows.select(tangents.le(self.floor.tangent), rows)
+    }
+
+    /// Fills what is seen of a span.
+    #[inline(always)]
+    fn meet(&mut self, met: &MetSpan<'_, V>) {
+        let simd = self.simd;
+        let MetSpan { span, planes, shares } = *met;
+        let Metric { scale, spacing, .. } = *self.metric;
+        let zero = simd.splat(0.0);
+        let is_cut = span.cuts[0].is_wall();
+
+        // Depth is linear in the distance, so is the place; the inverse is not.
+        let depth = [self.inverse[0].recip(), self.inverse[1].recip()];
+        let (depth, inverse, at) = if is_cut {
+            let depth = [mix::<V>(depth, shares[0]), mix::<V>(depth, shares[1])];
+            let [near, far] = self.ends;
+            let place =
+                |share: V::F| [mix::<V>([near[0], far[0]], share), mix::<V>([near[1], far[1]], share)];
+            (depth, [depth[0].recip(), depth[1].recip()], [place(shares[0]), place(shares[1])])
+        } else {
+            (depth, self.inverse, self.ends)
+        };
+
+        // Heights of both ends over the eye where the planes enter and leave.
+        let top = simd.splat(scale * f32::from(span.high)) + self.above;
         let slope = span.slopes();
-        let rise = at.each(|at| (slope[0] * at[0] + slope[1] * at[1]) * spacing);
-        let top = scale * f32::from(span.high) + self.above;
-        let [top_near, top_far] = [0, 1].each(|end| (top + rise[end]) * inverse[end]);
+        let is_sloped = span.slope != [0; 2];
+        let metric = slope.each(|slope| slope * spacing);
+        let rise = if is_sloped { [self.dot(metric, at[0]), self.dot(metric, at[1])] } else { [zero; 2] };
+        let [top_near, top_far] = [(top + rise[0]) * inverse[0], (top + rise[1]) * inverse[1]];
         let highest = top_near.max(top_far);
-        let low_end = scale * f32::from(span.low) + self.above;
-        let low_rise = if span.is(Span::PARALLEL) { rise } else { [0.0; 2] };
-        let lows =
-            (span.low != Span::GROUND).then(|| [0, 1].each(|end| (low_end + low_rise[end]) * inverse[end]));
-        let lowest = lows.map_or(f32::NEG_INFINITY, |[near, far]| near.min(far));
-        let high_row = self.row(highest);
-        if highest <= self.floor || self.column.is_full(self.row(lowest), high_row) {
+        let hangs = span.low != Span::GROUND;
+        let low_end = simd.splat(scale * f32::from(span.low)) + self.above;
+        let low_rise = if span.is(Span::PARALLEL) { rise } else { [zero; 2] };
+        let lows = [(low_end + low_rise[0]) * inverse[0], (low_end + low_rise[1]) * inverse[1]];
+
+        let planes = planes & self.floor.tangent.lt(highest);
+        let high_row = self.rows(highest);
+        let low_row = if hangs { self.rows(lows[0].min(lows[1])) } else { self.floor.rows };
+        let rows = self.coverage.rows_between(simd, planes, [low_row, high_row]);
+        if !planes.any() || !self.coverage.has_open(planes.bits(), rows) {
             return;
         }
 
-        let horizon = ground.at(inverse[0]);
-        let [low_near, low_far] = lows.unwrap_or([horizon; 2]);
-        let wall = self.wall(span, at[0]);
-        let (facet, seam) = self.front(span, wall, cut[0], at[0]);
+        let horizon = self.horizon.at(simd, planes, inverse[0]);
+        let [low_near, low_far] = if hangs { lows } else { [horizon; 2] };
+        let front = self.front(span, at[0], shares[0], inverse[0], depth[0]);
 
         // The rim of the front that is lit as the upper end is.
-        let rim = top_near - seam * spacing * inverse[0];
+        let rim = (front.seam * simd.splat(spacing)).neg_mul_add(inverse[0], top_near);
         let side = [low_near.max(horizon), rim.max(low_near)];
-        let is_top_seen = top_far > top_near;
+        let is_top_seen = planes & top_near.lt(top_far);
 
-        let [emerges, submerges] = match is_top_seen {
-            // Right below the eye no ground is seen that near: what hides the roof there would hide it from all rows.
-            true if horizon <= ground.lowest() => [f32::NEG_INFINITY, f32::INFINITY],
-            true => above_ground([top_near, top_far], [horizon, ground.beyond(inverse[1])]),
-            false => [f32::NEG_INFINITY, f32::INFINITY],
-        };
-        let upper = [rim.max(low_near).max(horizon).max(emerges), highest.min(submerges)];
+        // Right below the eye no ground is seen that near: what hides the roof there would hide it from all rows.
+        let mut upper = [rim.max(low_near).max(horizon), highest];
+        let is_grounded = is_top_seen & simd.splat(self.horizon.lowest()).lt(horizon);
+        if is_grounded.any() {
+            let beyond = self.horizon.at(simd, planes, inverse[1]);
+            let [emerges, submerges] = above_ground::<V>(simd, [top_near, top_far], [horizon, beyond]);
+            upper = [
+                upper[0].max(emerges).select(is_grounded, upper[0]),
+                upper[1].min(submerges).select(is_grounded, upper[1]),
+            ];
+        }
+
         let lower = [low_far.max(horizon), low_near];
-
-        // Along an end inverse depth is linear in the tangent: by as much as the end lies above the eye where it goes on to it.
-        let depth = inverse.each(|inverse| 1.0 / inverse);
-        let has_depths = self.column.has_depths();
-        let turning = if has_depths { self.turning(wall, cut[0], at[0], depth[0]) } else { 0.0 };
-        let front = (LinearTerm::level(inverse[0]), inverse[0] * turning);
-
-        let along = |height: f32, slope: [f32; 2], rise: [f32; 2], far: f32, is_seen: bool| {
-            let at_eye = height + (rise[0] * depth[1] - rise[1] * depth[0]) / (depth[1] - depth[0]);
-            if !is_seen || at_eye == 0.0 {
-                return front;
-            }
-            let across = if has_depths { -dot(slope, self.beside) * spacing / at_eye } else { 0.0 };
-            (LinearTerm::new(far, inverse[1], 1.0 / at_eye), across)
-        };
-
-        let low_slope = if span.is(Span::PARALLEL) { slope } else { [0.0; 2] };
-        let bounds = [inverse[1], inverse[0]];
-        let bottom = lows.unwrap_or([f32::NEG_INFINITY; 2]);
+        let is_bottom_seen = planes & low_far.lt(low_near);
+        let level = LinearTerm { tangent: zero, value: inverse[0], slope: zero };
+        let bottom = if hangs { lows } else { [simd.splat(f32::NEG_INFINITY); 2] };
         let passage = PlanePassage { inverse, top: [top_near, top_far], bottom };
         let opacity = span.state & Span::OPACITY;
-        let mut known = (highest, high_row);
 
         for (face, tangents) in [side, upper, lower].into_iter().enumerate() {
             let [low, high] = tangents;
-            if low >= high || high <= self.floor {
+            let seen = planes & low.lt(high) & self.floor.tangent.lt(high);
+            if !seen.any() {
+                continue;
+            }
+            let places = [self.rows(low), self.rows(high)];
+            let seen = seen & places[0].lt(places[1]);
+            let rows = self.coverage.rows_between(simd, seen, places);
+            if !self.coverage.has_open(seen.bits(), rows.clone()) {
                 continue;
             }
 
-            let high_row = if high >= highest { high_row } else { self.row(high) };
-            // The upper end begins where the front ends.
-            let low_row = if low == known.0 { known.1 } else { self.row(low) };
-            known = (high, high_row);
-            if low_row >= high_row || self.column.is_full(low_row, high_row) {
-                continue;
-            }
-
-            let (facet, (inverse, across)) = match face {
-                0 => (facet, front),
-                1 => (FaceDirection::Top(span.slope), along(top, slope, rise, top_far, is_top_seen)),
+            let (light, (linear, across)) = match face {
+                0 => (self.front_light(span, seen, &front), (level, front.across)),
+                1 => {
+                    let end = SlopedEnd { height: top, slope: metric, rise, far: top_far };
+                    (
+                        self.face_light(span, FaceDirection::Top(span.slope)),
+                        self.along(&end, is_top_seen, depth, inverse, front.across),
+                    )
+                }
                 _ => {
-                    (FaceDirection::Bottom, along(low_end, low_slope, low_rise, low_far, low_far < low_near))
+                    let slope = if span.is(Span::PARALLEL) { metric } else { [0.0; 2] };
+                    let end = SlopedEnd { height: low_end, slope, rise: low_rise, far: low_far };
+                    (
+                        self.face_light(span, FaceDirection::Bottom),
+                        self.along(&end, is_bottom_seen, depth, inverse, front.across),
+                    )
                 }
             };
-            let light = self.light.light(self.page, self.voxel, span, facet);
 
             let haze = (opacity < Span::OPAQUE).then(|| {
                 let sides = match span.is(Span::STRIP) {
                     true => f32::from(span.thickness()) * scale / spacing,
                     false => 1.0,
                 };
-                let way = self.ground * self.length * (cut[1] - cut[0]) / sides;
-                let clearness = self.metric.clearness[usize::from(opacity)] * way;
-                Haze { clearness, level: self.level, tangents, passage }
+                let way = self.lanes.ground * self.length * (shares[1] - shares[0]);
+                let clearness = way * simd.splat(self.metric.clearness[usize::from(opacity)] / sides);
+                Haze { clearness, level: self.lanes.level, tangents, passage }
             });
 
-            let fill = Fill { haze, inverse, across, bounds, front: front.1 };
-            self.column.fill(self.simd, [low_row, high_row], light, &fill, self.centres);
+            let bounds = [inverse[1], inverse[0]];
+            let fill = Fill { light, haze, inverse: linear, across, bounds, front: front.across };
+            self.coverage.fill(simd, seen.bits(), rows, places, &fill, self.centres);
         }
+    }
+
+    /// Radiance of a face that looks the same way in all planes.
+    #[inline(always)]
+    fn face_light(&mut self, span: &Span, face: FaceDirection) -> [V::F; 3] {
+        let simd = self.simd;
+        self.light.light(self.page, self.voxel, span, face).each(|light| simd.splat(light))
+    }
+
+    /// Radiance of fronts in some planes.
+    #[inline(always)]
+    fn front_light(&mut self, span: &Span, planes: V::M, front: &Front<V>) -> [V::F; 3] {
+        let simd = self.simd;
+        let mut facings = [0; LANES];
+        front.facing.store(&mut facings);
+        let mut light = [simd.splat(0.0); 3];
+        let mut left = planes.bits();
+
+        while left != 0 {
+            let facing = facings[left.trailing_zeros() as usize];
+            let same = front.facing.eq(simd.splat_int(facing));
+            left &= !same.bits();
+            let face = self.face_light(span, FaceDirection::Side(facing as u8));
+            light[0] = face[0].select(same, light[0]);
+            light[1] = face[1].select(same, light[1]);
+            light[2] = face[2].select(same, light[2]);
+        }
+
+        light
+    }
+
+    /// How inverse depth goes along an end of a span: linear in the tangent, by as much as the end lies above the eye where it goes on to it; and the
+    /// rise to the next plane. Where the end is not seen, as on the front.
+    #[inline(always)]
+    fn along(
+        &self,
+        end: &SlopedEnd<V>,
+        is_seen: V::M,
+        depth: [V::F; 2],
+        inverse: [V::F; 2],
+        front: V::F,
+    ) -> (LinearTerm<V>, V::F) {
+        let zero = self.simd.splat(0.0);
+        let SlopedEnd { height, slope, rise, far } = *end;
+        let at_eye = if slope == [0.0; 2] {
+            height
+        } else {
+            height + (rise[0] * depth[1] - rise[1] * depth[0]) / (depth[1] - depth[0])
+        };
+        let goes_on = is_seen & (at_eye.lt(zero) | zero.lt(at_eye));
+        let per_tangent = self.simd.splat(1.0) / at_eye;
+        let across = if self.coverage.has_depths() {
+            let across = zero - self.dot(slope, self.lanes.beside) * per_tangent;
+            across.select(goes_on, front)
+        } else {
+            front
+        };
+
+        let term = LinearTerm {
+            tangent: far,
+            value: inverse[1].select(goes_on, inverse[0]),
+            slope: per_tangent.select(goes_on, zero),
+        };
+        (term, across)
+    }
+
+    /// The walls of a span that places within are nearest to: those that they lie on, if they lie on one. `None`: it has none.
+    #[inline(always)]
+    fn nearest_wall(&self, span: &Span, at: [V::F; 2]) -> Option<NearestWall<V>> {
+        let simd = self.simd;
+        let mut nearest: Option<NearestWall<V>> = None;
+        for (index, cut) in span.cuts.iter().enumerate() {
+            if !cut.is_wall() {
+                break;
+            }
+            let normal = self.metric.directions[usize::from(cut.facing)];
+            let before = simd.splat(cut.distance()) - self.dot(normal, at);
+            let normal = normal.each(|part| simd.splat(part));
+            let facing = simd.splat_int(i32::from(cut.facing));
+            let is_joint = simd.mask(if span.is_joined(index) { u16::MAX } else { 0 });
+            nearest = Some(match nearest {
+                None => NearestWall { facing, normal, before, is_joint },
+                Some(other) => {
+                    let nearer = before.lt(other.before);
+                    NearestWall {
+                        facing: facing.select(nearer, other.facing),
+                        normal: [
+                            normal[0].select(nearer, other.normal[0]),
+                            normal[1].select(nearer, other.normal[1]),
+                        ],
+                        before: before.min(other.before),
+                        is_joint: (is_joint & nearer) | (other.is_joint & !nearer),
+                    }
+                }
+            });
+        }
+        nearest
+    }
+
+    /// The front of a span that begins at shares of the way, at places from the voxel's centre, seen at depths.
+    #[inline(always)]
+    fn front(&self, span: &Span, at: [V::F; 2], share: V::F, inverse: V::F, depth: V::F) -> Front<V> {
+        let simd = self.simd;
+        let (zero, seam) = (simd.splat(0.0), simd.splat(SEAM));
+        let wall = self.nearest_wall(span, at);
+
+        // Of the voxel's sides the one that the plane enters through.
+        let [east, north] = at;
+        let through_east = north.abs().le(east.abs());
+        let sides = [0, 128, 64, 192].each(|facing| simd.splat_int(facing));
+        let side = sides[0].select(zero.lt(east), sides[1]);
+        let side = side.select(through_east, sides[2].select(zero.lt(north), sides[3]));
+
+        let (facing, seam) = if span.cuts[0].is_round() {
+            (simd.splat_int(i32::from(span.cuts[0].facing)), seam)
+        } else if let Some(wall) = &wall {
+            // On a wall, or beside one.
+            let is_on = zero.lt(share);
+            let facing = wall.facing.select(is_on | wall.before.lt(seam), side);
+            (facing, zero.select(is_on & !wall.is_joint, seam))
+        } else {
+            (side, seam)
+        };
+
+        let across = if self.coverage.has_depths() {
+            inverse * self.turning(wall.as_ref(), share, at, depth)
+        } else {
+            zero
+        };
+        Front { facing, seam, across }
     }
 
     /// Returns the share of itself by which the inverse depth of a span's front, which is seen at a depth, rises to the next plane.
     ///
     /// A wall goes on in the next voxel. A side of a voxel may end with it: half of the way to the next plane is to end there, too.
     #[inline(always)]
-    fn turning(&self, wall: Option<Wall>, share: f32, at: [f32; 2], depth: f32) -> f32 {
-        let finite = |turning: f32| if turning.is_finite() { turning } else { 0.0 };
-        if let Some(Wall { normal, .. }) = wall
-            && share > 0.0
-        {
-            return finite(dot(normal, self.beside) / dot(normal, self.ahead));
-        }
-        let (through, along) = if at[0].abs() >= at[1].abs() { (0, 1) } else { (1, 0) };
-        let turning = finite(self.beside[through] / self.ahead[through]);
-        let step = depth * (self.beside[along] - self.ahead[along] * turning);
-        let room = (0.5 - at[along].abs()).max(0.0);
-        turning * (2.0 * room / step.abs()).min(1.0)
-    }
+    fn turning(&self, wall: Option<&NearestWall<V>>, share: V::F, at: [V::F; 2], depth: V::F) -> V::F {
+        let simd = self.simd;
+        let (zero, half, one) = (simd.splat(0.0), simd.splat(0.5), simd.splat(1.0));
+        let PlaneLanes { ahead, beside, .. } = *self.lanes;
+        let through_east = at[1].abs().le(at[0].abs());
+        let through = [ahead, beside].each(|way| way[0].select(through_east, way[1]));
+        let along = [ahead, beside].each(|way| way[1].select(through_east, way[0]));
+        let turning = finite::<V>(simd, through[1] / through[0]);
+        let step = depth * turning.neg_mul_add(along[0], along[1]);
+        let room = (half - at[1].select(through_east, at[0]).abs()).max(zero);
+        let side = turning * ((room + room) / step.abs()).min(one);
 
-    /// Shares of the way through the voxel between which the plane lies within a span's walls.
-    #[inline(always)]
-    fn within(&self, span: &Span) -> Option<[f32; 2]> {
-        let mut within = [0.0, 1.0];
-        for (index, cut) in span.cuts.iter().enumerate() {
-            if !cut.is_wall() {
-                break;
+        match wall {
+            Some(NearestWall { normal, .. }) => {
+                let [ahead, beside] =
+                    [ahead, beside].each(|way| normal[0].mul_add(way[0], normal[1] * way[1]));
+                finite::<V>(simd, beside / ahead).select(zero.lt(share), side)
             }
-            let normal = self.metric.directions[usize::from(cut.facing)];
-            let beyond = self.ends.each(|at| dot(normal, at) - cut.distance() - BY_ROUNDING);
-            if index == 0 && span.is(Span::STRIP) {
-                let steps = self.metric.scale / self.metric.spacing;
-                let half = 0.5 * f32::from(span.high - span.low.min(span.high)) * steps;
-                within = clip(within, beyond.each(|beyond| beyond - half))?;
-                within = clip(within, beyond.each(|beyond| -beyond - half))?;
-            } else {
-                within = clip(within, beyond)?;
-            }
-        }
-        Some(within)
-    }
-
-    /// The wall of a span that a place within is nearest to: the one that it lies on, if it lies on one.
-    #[inline(always)]
-    fn wall(&self, span: &Span, at: [f32; 2]) -> Option<Wall> {
-        let wall = |index: usize| {
-            let cut = span.cuts[index];
-            let normal = self.metric.directions[usize::from(cut.facing)];
-            let is_joint = span.is_joined(index);
-            Wall { facing: cut.facing, normal, before: cut.distance() - dot(normal, at), is_joint }
-        };
-        let nearer = |one: Wall, other: Wall| if other.before < one.before { other } else { one };
-        match span.cuts.each(Cut::is_wall) {
-            [false, ..] => None,
-            [true, false, _] => Some(wall(0)),
-            [true, true, false] => Some(nearer(wall(0), wall(1))),
-            [true, true, true] => Some(nearer(nearer(wall(0), wall(1)), wall(2))),
+            None => side,
         }
     }
 
-    /// Returns the orientation of a span's front that begins at a share of the way, `at` from the voxel's centre, and how much of it below its upper rim is
-    /// lit as the upper end, sides of a voxel. `wall` is the nearest one.
     #[inline(always)]
-    fn front(&self, span: &Span, wall: Option<Wall>, share: f32, at: [f32; 2]) -> (FaceDirection, f32) {
-        if let Some(wall) = wall
-            && share > 0.0
-        {
-            return (FaceDirection::Side(wall.facing), if wall.is_joint { SEAM } else { 0.0 });
-        }
-        if span.cuts[0].is_round() {
-            return (FaceDirection::Side(span.cuts[0].facing), SEAM);
-        }
-        if let Some(wall) = wall
-            && wall.before < SEAM
-        {
-            return (FaceDirection::Side(wall.facing), SEAM);
-        }
+    fn dot(&self, [east, north]: [f32; 2], at: [V::F; 2]) -> V::F {
+        at[0].mul_add(self.simd.splat(east), at[1] * self.simd.splat(north))
+    }
+}
 
-        // Of the voxel's sides the one that the plane enters through.
-        let facing = if at[0].abs() >= at[1].abs() {
-            if at[0] > 0.0 { 0 } else { 128 }
-        } else if at[1] > 0.0 {
-            64
-        } else {
-            192
-        };
+/// The front of a span.
+struct Front<V: Simd> {
+    /// Direction that it looks in, 256ths of a turn.
+    facing: V::I,
+    /// How much of it below its upper rim is lit as the upper end, sides of a voxel.
+    seam: V::F,
+    /// Rise of its inverse depth to the next plane, 1/metres.
+    across: V::F,
+}
 
-        (FaceDirection::Side(facing), SEAM)
+/// Upper or lower end of a span.
+struct SlopedEnd<V: Simd> {
+    /// Height over the eye in the voxel's middle, metres.
+    height: V::F,
+    /// Rise for each side of a voxel eastward and northward, metres.
+    slope: [f32; 2],
+    /// Rise from there to where planes enter and leave, metres.
+    rise: [V::F; 2],
+    /// Tangent where they leave.
+    far: V::F,
+}
+
+impl<V: Simd> MetSpan<'_, V> {
+    /// Whether it comes first in a plane that crosses both.
+    #[inline(always)]
+    fn is_nearer(&self, other: &Self) -> bool {
+        (self.planes & other.planes & self.shares[0].lt(other.shares[0])).any()
     }
 }
 
 /// Between which tangents an upper end lies above the ground, of which the tangents at its near and at its far end are known: both are linear in inverse
 /// depth. A roof may go on into a slope, and come out of one.
 #[inline(always)]
-fn above_ground([near, far]: [f32; 2], horizon: [f32; 2]) -> [f32; 2] {
+fn above_ground<V: Simd>(simd: V, [near, far]: [V::F; 2], horizon: [V::F; 2]) -> [V::F; 2] {
+    let zero = simd.splat(0.0);
+    let [never, always] = [f32::INFINITY, f32::NEG_INFINITY].each(|bound| simd.splat(bound));
     let above = [near - horizon[0], far - horizon[1]];
-    let crossing = || near + (far - near) * (above[0] / (above[0] - above[1]));
-    match above.each(|above| above >= 0.0) {
-        [true, true] => [f32::NEG_INFINITY, f32::INFINITY],
-        [true, false] => [f32::NEG_INFINITY, crossing()],
-        [false, true] => [crossing(), f32::INFINITY],
-        [false, false] => [f32::INFINITY, f32::NEG_INFINITY],
-    }
-}
-
-/// Clips a range of shares to where `beyond`, linear from share 0 to 1, is not positive.
-#[inline(always)]
-fn clip([from, to]: [f32; 2], [first, last]: [f32; 2]) -> Option<[f32; 2]> {
-    if first <= 0.0 && last <= 0.0 {
-        return Some([from, to]);
-    }
-    if first > 0.0 && last > 0.0 {
-        return None;
-    }
-    let crossing = first / (first - last);
-    let clipped = if first > 0.0 { [from.max(crossing), to] } else { [from, to.min(crossing)] };
-    (clipped[0] < clipped[1]).then_some(clipped)
+    let crossing = (far - near).mul_add(above[0] / (above[0] - above[1]), near);
+    let is_above = [zero.le(above[0]), zero.le(above[1])];
+    let emerges = always.select(is_above[0], crossing.select(is_above[1], never));
+    let submerges = never.select(is_above[1], crossing.select(is_above[0], always));
+    [emerges, submerges]
 }
 
 #[inline(always)]
-fn dot(a: [f32; 2], b: [f32; 2]) -> f32 {
-    a[0] * b[0] + a[1] * b[1]
+fn mix<V: Simd>([near, far]: [V::F; 2], share: V::F) -> V::F {
+    (far - near).mul_add(share, near)
+}
+
+/// Values that are finite, 0 for others.
+#[inline(always)]
+fn finite<V: Simd>(simd: V, value: V::F) -> V::F {
+    value.select(value.abs().lt(simd.splat(f32::INFINITY)), simd.splat(0.0))
 }

@@ -1,22 +1,24 @@
-//! The ground's horizon along one plane.
+//! The ground's horizon along sixteen planes.
 
 use crate::raymarch::scan::{NO_SLOPE, Profile, VisibleSegment};
+use crate::simd::{Floats, Mask, Simd};
 
-/// Goes along a profile: up to which tangent the ground nearer than some distance hides what is behind.
-pub(super) struct FloatingHorizon<'p> {
+/// Goes along a profile: up to which tangents the ground nearer than some distance hides what is behind.
+#[derive(Clone, Copy)]
+pub(super) struct FloatingHorizon<'p, V: Simd> {
     segments: &'p [VisibleSegment],
-    lane: usize,
-    /// The first segment that is not nearer.
+    /// The first segment that is not nearer in all planes.
     next: usize,
-    /// Greatest tangent of those that are.
-    horizon: f32,
-    /// The lowest tangent that is of interest, which is told where no ground is seen yet.
+    /// Greatest tangents of those that are.
+    horizon: V::F,
     lowest: f32,
 }
 
-impl<'p> FloatingHorizon<'p> {
-    pub fn new(profile: &'p Profile, lane: usize, lowest: f32) -> Self {
-        Self { segments: profile.segments(), lane, next: 0, horizon: lowest, lowest }
+impl<'p, V: Simd> FloatingHorizon<'p, V> {
+    /// At the eye. `lowest` is the lowest tangent that is of interest, which is told where no ground is seen yet.
+    #[inline(always)]
+    pub fn new(simd: V, profile: &'p Profile, lowest: f32) -> Self {
+        Self { segments: profile.segments(), next: 0, horizon: simd.splat(lowest), lowest }
     }
 
     /// The horizon that is told where no ground is seen yet: no row lies below this tangent.
@@ -25,49 +27,53 @@ impl<'p> FloatingHorizon<'p> {
         self.lowest
     }
 
-    /// The horizon at an inverse depth, 1/metres, which does not grow from one call to the next by more than a voxel's width.
+    /// Goes on, past the segments that are nearer than these inverse depths (1/metres) in all of `planes`.
     #[inline(always)]
-    pub fn at(&mut self, inverse: f32) -> f32 {
-        (self.next, self.horizon) = self.passed(inverse);
-        self.reached(self.next, self.horizon, inverse)
-    }
-
-    /// The horizon farther away, for one who comes back.
-    #[inline(always)]
-    pub fn beyond(&self, inverse: f32) -> f32 {
-        let (next, horizon) = self.passed(inverse);
-        self.reached(next, horizon, inverse)
-    }
-
-    /// The first segment that is not nearer, and the greatest tangent of those that are.
-    #[inline(always)]
-    fn passed(&self, inverse: f32) -> (usize, f32) {
-        let (mut next, mut horizon) = (self.next, self.horizon);
-        while let Some(segment) = self.segments.get(next)
-            && segment.inverse.0[self.lane] > inverse
+    pub fn advance(&mut self, simd: V, planes: V::M, inverse: V::F) {
+        while let Some(segment) = self.segments.get(self.next)
+            && !(planes & simd.load(&segment.inverse.0).le(inverse)).any()
         {
-            horizon = horizon.max(segment.slope.0[self.lane]);
-            next += 1;
+            self.horizon = self.horizon.max(simd.load(&segment.slope.0));
+            self.next += 1;
         }
-        (next, horizon)
     }
 
-    /// The horizon between two segments.
+    /// The horizons at inverse depths that it has not gone past.
     #[inline(always)]
-    fn reached(&self, next: usize, horizon: f32, inverse: f32) -> f32 {
-        let lane = self.lane;
-        // On the stretch to the next one inverse depth is linear in the tangent.
-        let Some(ahead) = self.segments.get(next).filter(|segment| !segment.line.begins) else {
-            return horizon;
-        };
-        let Some(behind) = next.checked_sub(1).map(|index| &self.segments[index]) else {
-            return horizon;
-        };
-        let (from, to) = (behind.slope.0[lane], ahead.slope.0[lane]);
-        let (near, far) = (behind.inverse.0[lane], ahead.inverse.0[lane]);
-        if to <= horizon || from <= 0.5 * NO_SLOPE || near <= far {
-            return horizon;
+    pub fn at(&self, simd: V, planes: V::M, inverse: V::F) -> V::F {
+        let (mut open, mut horizon) = (planes, self.horizon);
+        let mut reached = horizon;
+
+        for (index, segment) in self.segments.iter().enumerate().skip(self.next) {
+            let (slope, far) = (simd.load(&segment.slope.0), simd.load(&segment.inverse.0));
+            let arrives = open & far.le(inverse);
+            if arrives.any() {
+                let on_the_way = match index.checked_sub(1).map(|before| &self.segments[before]) {
+                    Some(behind) if !segment.line.begins => {
+                        Self::between(simd, behind, [slope, far], horizon, inverse)
+                    }
+                    _ => horizon,
+                };
+                reached = on_the_way.select(arrives, reached);
+                open = open & !arrives;
+                if !open.any() {
+                    return reached;
+                }
+            }
+
+            horizon = horizon.max(slope);
         }
-        horizon.max(from + (to - from) * ((near - inverse) / (near - far)).clamp(0.0, 1.0))
+
+        horizon.select(open, reached)
+    }
+
+    /// The horizons on the stretch from one segment to the next, where inverse depth is linear in the tangent.
+    #[inline(always)]
+    fn between(simd: V, behind: &VisibleSegment, [to, far]: [V::F; 2], horizon: V::F, inverse: V::F) -> V::F {
+        let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
+        let (from, near) = (simd.load(&behind.slope.0), simd.load(&behind.inverse.0));
+        let rises = horizon.lt(to) & simd.splat(0.5 * NO_SLOPE).lt(from) & far.lt(near);
+        let share = ((near - inverse) * (near - far).recip()).max(zero).min(one);
+        horizon.max((to - from).mul_add(share, from)).select(rises, horizon)
     }
 }

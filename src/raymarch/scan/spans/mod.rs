@@ -1,49 +1,46 @@
-//! Spans on bare ground, drawn plane by plane.
+//! Spans on bare ground, drawn by sixteen planes at a time.
 //!
 //! ```text
-//! for each plane, from the eye outward:
-//!     for each block of 8 × 8 voxels that it crosses:
-//!         its voxels that rise above what is hidden, all at once; for each of them from near to far:
-//!         for each of its spans:
-//!             the part of the way within the wall, from near to far
+//! for each block of 8 × 8 voxels that some plane crosses, from the eye outward:
+//!     it lies below what is hidden in every plane → next block
+//!     for each of its voxels that some plane crosses and that rises above what is hidden, outward:
+//!         for each of its spans, outward, in all planes at once:
+//!             the part of the way within its walls
 //!             its front, between the tangents of its lower and upper end there          → rows that are not hidden yet
 //!             what is seen of its upper end, from the front's to the far end's tangent  → rows above
 //!             or of its lower end                                                       → rows below
 //! ```
 //!
 //! A plane sees a span as a quadrilateral, so that in a column of the picture it is an interval of tangents per face. What is nearer hides
-//! what is further away: rows keep what is left of them ([`FreeRows`]), and the ground hides all below its *horizon*, the highest tangent
+//! what is further away: rows keep what is left of them ([`SpanCoverage`]), and the ground hides all below its *horizon*, the highest tangent
 //! of its [`Profile`] so far, which also is where what stands on the ground begins. Marching columns of voxels by planes, with the
 //! rows that are still open, is how voxel landscapes with overhangs were drawn before (K. Silverman's Voxlap engine, 2000); here
 //! spans have planes for ends and walls, and cover shares of rows.
 //!
-//! Planes are followed one by one, not in lockstep: neighbours soon see other voxels, and most blocks are passed over. Lanes are what one
-//! plane does many times, voxels of a block and rows of the picture.
+//! Lanes are planes throughout. Neighbours soon see other voxels, but in a wood twelve of them cross a block and five a voxel on
+//! average; and whatever is the same for all, such as walls and light, is found once.
 
-mod column;
+mod coverage;
 mod crossing;
+mod fill;
 mod horizon;
 mod metric;
-mod voxels;
-mod walk;
+mod wedge;
 
 #[cfg(test)]
 mod tests;
 
 use glam::DVec3;
 
-use self::column::FreeRows;
-pub use self::column::SpanCoverage;
-use self::crossing::VoxelCrossing;
+pub use self::coverage::{RowMiddle, SpanCoverage, SpanRow};
+use self::crossing::{Floor, PlaneLanes, VoxelCrossing};
 use self::horizon::FloatingHorizon;
-use self::metric::LEAST_DISTANCE;
+use self::metric::Metric;
 pub use self::metric::{FaceDirection, FacetLight};
-use self::voxels::{Passed, PlaneCourse, VoxelVeil};
-use self::walk::{VoxelStep, Walk};
-use super::{MarchField, PlaneGroup, Profile, RowTable};
+use self::wedge::{BlockPassage, Wedge};
+use super::{MarchField, PlaneGroup, Profile, RowCoordinate, RowTable};
 use crate::raymarch::blocks::{Blocks, corner_on_page};
-use crate::raymarch::scan::spans::metric::Metric;
-use crate::simd::{Each, Isa, Kernel, LANES, Simd, Sixteen};
+use crate::simd::{Floats, Isa, Kernel, LANES, Mask, Simd};
 use crate::voxel::{BLOCK_SIDE, Cut, Grid, PageId, PageSource, Span, SpanBlock, SpansView};
 use hedgehop_base::error::Result;
 
@@ -62,6 +59,8 @@ pub struct SpanScan<'f> {
     pub field: MarchField,
     /// Rows, and which of them are filled.
     pub row_table: &'f RowTable,
+    /// Their places.
+    pub row_coordinate: RowCoordinate,
     /// Index of the first one.
     pub first: usize,
     /// Number of rows.
@@ -75,32 +74,6 @@ pub struct SpanMarch<'a> {
     grid: Grid,
     metric: Metric,
     blocks: Blocks<'a>,
-    passed: Passed,
-    /// Tangents of the middles of rows.
-    centres: Vec<Sixteen>,
-    /// One for each plane of a group.
-    columns: Box<[FreeRows; LANES]>,
-}
-
-/// One plane on its way.
-struct Plane<'f, 'a, L> {
-    march: &'f mut SpanMarch<'a>,
-    standing: SpanScan<'f>,
-    light: &'f mut L,
-    lane: usize,
-    /// Metres of depth per unit of major distance.
-    depth: f64,
-    /// Sides of a voxel along the ground per unit of major distance.
-    ground: f32,
-    /// Units eastward and northward per unit of major distance.
-    way: [f64; 2],
-    course: PlaneCourse,
-    /// Change of units per metre of depth to the next plane.
-    beside: [f32; 2],
-    horizon: FloatingHorizon<'f>,
-    /// Floor below which the ground or nearer spans hide everything: tangent, and rows.
-    floor: f32,
-    hidden: f32,
 }
 
 impl<'a> SpanMarch<'a> {
@@ -115,14 +88,7 @@ impl<'a> SpanMarch<'a> {
             directions: std::array::from_fn(|facing| Cut::wall(facing as u8, 0).normal()),
             clearness: std::array::from_fn(|steps| (1.0 - steps as f32 / f32::from(Span::OPAQUE)).log2()),
         };
-        Self {
-            grid,
-            metric,
-            blocks: Blocks::new(source),
-            passed: Passed::default(),
-            centres: Vec::new(),
-            columns: Box::default(),
-        }
+        Self { grid, metric, blocks: Blocks::new(source) }
     }
 
     /// Finds what of it sixteen planes see.
@@ -132,31 +98,24 @@ impl<'a> SpanMarch<'a> {
     pub fn see(
         &mut self,
         isa: Isa,
-        standing: &SpanScan<'_>,
+        scan: &SpanScan<'_>,
         light: &mut impl FacetLight,
-        cover: &mut SpanCoverage,
+        coverage: &mut SpanCoverage,
     ) -> Result<()> {
-        cover.clear();
-        if standing.until <= 0.0 {
+        coverage.begin(scan.rows, scan.has_depths);
+        if scan.until <= 0.0 {
             return Ok(());
         }
-        let centres = standing.row_table.centres[standing.first..].chunks(LANES);
-        let sixteen = |centres: &[f32]| {
-            Sixteen(std::array::from_fn(|row| centres.get(row).copied().unwrap_or_default()))
-        };
-        self.centres.clear();
-        self.centres.extend(centres.take(standing.rows.div_ceil(LANES)).map(sixteen));
-        isa.run(Following { march: self, standing, light })?;
-        cover.take(&self.columns);
-        Ok(())
+        isa.run(Following { march: self, scan, light, coverage })
     }
 }
 
-/// All planes of a group, one after the other.
+/// All planes of a group on their way.
 struct Following<'f, 'a, L> {
     march: &'f mut SpanMarch<'a>,
-    standing: &'f SpanScan<'f>,
+    scan: &'f SpanScan<'f>,
     light: &'f mut L,
+    coverage: &'f mut SpanCoverage,
 }
 
 impl<L: FacetLight> Kernel for Following<'_, '_, L> {
@@ -164,155 +123,224 @@ impl<L: FacetLight> Kernel for Following<'_, '_, L> {
 
     #[inline(always)]
     fn run<V: Simd>(self, simd: V) -> Result<()> {
-        let Self { march, standing, light } = self;
-        for lane in 0..LANES {
-            march.columns[lane].begin(standing.rows, standing.has_depths);
-            let group = standing.group;
-            let way = group.way(lane);
-            let plane = Plane {
-                march: &mut *march,
-                standing: *standing,
-                light: &mut *light,
-                lane,
-                depth: f64::from(group.depth[lane]),
-                ground: (way[0].hypot(way[1])) as f32,
-                way,
-                course: PlaneCourse::new(
-                    [standing.eye.truncate().to_array(), way],
-                    f64::from(group.depth[lane]),
-                ),
-                beside: group.beside(lane),
-                horizon: FloatingHorizon::new(standing.profile, lane, standing.field.tangents[0]),
-                floor: standing.field.tangents[0],
-                hidden: 0.0,
-            };
-            plane.follow(simd)?;
+        let Self { march, scan, light, coverage } = self;
+        let eye = scan.eye.truncate().to_array();
+        let lanes = plane_lanes(simd, scan, &march.metric);
+        let lowest = scan.field.tangents[0];
+        let floor = Floor { tangent: simd.splat(lowest), rows: simd.splat(0.0) };
+        let mut planes = Planes { march, scan, light, coverage, lanes, floor };
+
+        // Few groups have planes of both senses: those about an axis.
+        for upward in [true, false] {
+            let wedge = Wedge::new(simd, scan.group, &planes.march.grid, eye, scan.until, upward);
+            if let Some(wedge) = wedge {
+                planes.follow(simd, wedge)?;
+            }
         }
 
         Ok(())
     }
 }
 
-impl<L: FacetLight> Plane<'_, '_, L> {
-    #[inline(always)]
-    fn column(&mut self) -> &mut FreeRows {
-        &mut self.march.columns[self.lane]
+/// Lanes of a group of planes.
+#[inline(always)]
+fn plane_lanes<V: Simd>(simd: V, scan: &SpanScan<'_>, metric: &Metric) -> PlaneLanes<V> {
+    let group = scan.group;
+    let depth = simd.load(&group.depth);
+    let (mut ahead, mut beside) = ([[0.0; LANES]; 2], [[0.0; LANES]; 2]);
+    let mut ground = [0.0; LANES];
+    for lane in 0..LANES {
+        let (way, change) = (group.way(lane), group.beside(lane));
+        ground[lane] = way[0].hypot(way[1]) as f32;
+        for axis in 0..2 {
+            ahead[axis][lane] = (way[axis] / f64::from(group.depth[lane])) as f32;
+            beside[axis][lane] = change[axis];
+        }
     }
 
-    #[inline(always)]
-    fn follow<V: Simd>(mut self, simd: V) -> Result<()> {
-        let SpanScan { eye, group, until, .. } = self.standing;
-        let [enter, leave] = group.over.each(|over| f64::from(over[self.lane]));
-        let (from, to) = (enter.max(LEAST_DISTANCE), leave.min(until));
-        let size = [self.march.grid.nx, self.march.grid.ny].each(|side| i64::from(side) - 1);
-        let blocks = size.each(|last| [0, last / i64::from(BLOCK_SIDE)]);
-        let side = f64::from(BLOCK_SIDE);
+    let ground = simd.load(&ground);
+    PlaneLanes {
+        depth,
+        drop: simd.load(&group.drop),
+        datum: simd.splat((metric.code.offset - scan.eye.z) as f32),
+        ground,
+        level: depth / (ground * simd.splat(metric.spacing)),
+        ahead: [simd.load(&ahead[0]), simd.load(&ahead[1])],
+        beside: [simd.load(&beside[0]), simd.load(&beside[1])],
+    }
+}
 
-        for block in Walk::new([eye.x, eye.y], self.way, side, blocks, [from, to]) {
-            if self.column().is_closed() {
+/// Planes on their way.
+struct Planes<'f, 'a, L, V: Simd> {
+    march: &'f mut SpanMarch<'a>,
+    scan: &'f SpanScan<'f>,
+    light: &'f mut L,
+    coverage: &'f mut SpanCoverage,
+    lanes: PlaneLanes<V>,
+    /// Floor below which the ground or nearer spans hide everything.
+    floor: Floor<V>,
+}
+
+impl<L: FacetLight, V: Simd> Planes<'_, '_, L, V> {
+    #[inline(always)]
+    fn follow(&mut self, simd: V, mut wedge: Wedge<'_, V>) -> Result<()> {
+        let mut at_column = FloatingHorizon::new(simd, self.scan.profile, self.scan.field.tangents[0]);
+
+        for number in wedge.columns() {
+            let column = wedge.column(simd, number);
+            at_column.advance(simd, wedge.planes, self.lanes.inverse(simd, simd.splat(column.start as f32)));
+
+            for row in wedge.rows(simd, &column) {
+                let Some(block) = wedge.block(simd, &column, row) else { continue };
+                let (page, view) = self.march.blocks.page(block.cell)?;
+                let [x, y] = corner_on_page(block.cell);
+                let reach = view.block(x, y);
+                if reach.high == 0 {
+                    continue;
+                }
+
+                let entry = self.lanes.inverse(simd, block.distances(simd)[0]);
+                let mut horizon = at_column;
+                horizon.advance(simd, block.planes, entry);
+                if self.is_hidden(simd, &reach, &block, horizon.at(simd, block.planes, entry)) {
+                    continue;
+                }
+                self.cross_block(simd, page, &view, &wedge, &block, horizon);
+            }
+
+            // Planes of which all rows are hidden have ended.
+            let rows = simd.splat(self.coverage.count() as f32);
+            wedge.planes = wedge.planes & self.floor.rows.lt(rows);
+            if !wedge.planes.any() {
                 break;
             }
-            let (page, view) = self.march.blocks.page(block.cell)?;
-            let [x, y] = corner_on_page(block.cell);
-            let reach = view.block(x, y);
-            if reach.high == 0 || self.is_hidden(&reach, &block) {
-                continue;
-            }
-            self.cross_block(simd, page, &view, &block);
         }
 
         Ok(())
     }
 
-    /// Height of a code above the eye at a major distance, metres.
+    /// Whether all that stands in a block lies below what hides it, or above what is looked at, in each plane that crosses it. `horizon`: the ground's
+    /// where they enter.
     #[inline(always)]
-    fn height(&self, code: u16, distance: f64) -> f64 {
-        let drop = f64::from(self.standing.group.drop[self.lane]) * distance * distance;
-        self.march.metric.code.offset + self.march.metric.code.scale * f64::from(code)
-            - self.standing.eye.z
-            - drop
-    }
+    fn is_hidden(&mut self, simd: V, spans: &SpanBlock, block: &BlockPassage<V>, horizon: V::F) -> bool {
+        let distances = block.distances(simd);
+        let [near, far] = [self.lanes.inverse(simd, distances[0]), self.lanes.inverse(simd, distances[1])];
+        let datum = [self.lanes.datum(distances[0]), self.lanes.datum(distances[1])];
+        let scale = simd.splat(self.march.metric.scale);
+        let high = scale * simd.splat(f32::from(spans.high));
+        let high = ((datum[0] + high) * near).max((datum[1] + high) * far);
 
-    /// Whether all that stands in a block lies below what hides it, or above what is looked at.
-    #[inline(always)]
-    fn is_hidden(&mut self, spans: &SpanBlock, block: &VoxelStep) -> bool {
-        let tangents = |code: u16| {
-            [block.enter, block.leave].each(|at| (self.height(code, at) / (self.depth * at)) as f32)
-        };
-        let [near, far] = tangents(spans.high);
-        let high = near.max(far);
-        let lowest = if spans.low == Span::GROUND {
-            f32::NEG_INFINITY
-        } else {
-            tangents(spans.low).into_iter().fold(f32::INFINITY, f32::min)
-        };
-        let horizon = self.horizon.at((1.0 / (self.depth * block.enter)) as f32);
-        if high <= self.floor || high <= horizon || lowest >= self.standing.field.tangents[1] {
+        let mut rises = block.planes & self.floor.tangent.lt(high) & horizon.lt(high);
+        if spans.low != Span::GROUND {
+            let low = scale * simd.splat(f32::from(spans.low));
+            let low = ((datum[0] + low) * near).min((datum[1] + low) * far);
+            rises = rises & low.lt(simd.splat(self.scan.field.tangents[1]));
+        }
+        if !rises.any() {
             return true;
         }
-        self.raise_floor(horizon);
-        high <= self.floor
+
+        self.raise_floor(simd, rises, horizon);
+        !(rises & self.floor.tangent.lt(high)).any()
     }
 
-    /// Finds below which tangent all is hidden, behind ground with this horizon.
+    /// Finds below which tangents all is hidden in some planes, behind ground with these horizons.
     #[inline(always)]
-    fn raise_floor(&mut self, horizon: f32) {
-        let SpanScan { row_table, first, .. } = self.standing;
-        if horizon > self.floor {
-            self.hidden = self.hidden.max(row_table.rows_below(horizon) - first as f32);
+    fn raise_floor(&mut self, simd: V, planes: V::M, horizon: V::F) {
+        let SpanScan { row_table, first, ref row_coordinate, .. } = *self.scan;
+        let rows = row_coordinate.rows_below(simd, horizon) - simd.splat(first as f32);
+        let is_higher = planes & self.floor.tangent.lt(horizon);
+        let hidden = self.floor.rows.max(rows).select(is_higher, self.floor.rows);
+        let (mut rows, mut tangents) = ([0.0; LANES], [0.0; LANES]);
+        hidden.store(&mut rows);
+        self.floor.tangent.max(horizon).select(planes, self.floor.tangent).store(&mut tangents);
+
+        let mut left = planes.bits();
+        while left != 0 {
+            let plane = left.trailing_zeros() as usize;
+            left &= left - 1;
+            let lowest = self.coverage.close_below(plane, rows[plane]);
+            let edge = row_table.edges.get(first + lowest).copied().unwrap_or(f32::INFINITY);
+            rows[plane] = rows[plane].max(lowest as f32);
+            tangents[plane] = tangents[plane].max(edge);
         }
-        let hidden = self.hidden;
-        let lowest = self.column().close_below(hidden);
-        let edge = row_table.edges.get(first + lowest).copied().unwrap_or(f32::INFINITY);
-        self.hidden = self.hidden.max(lowest as f32);
-        self.floor = self.floor.max(horizon).max(edge);
+
+        self.floor = Floor { tangent: simd.load(&tangents), rows: simd.load(&rows) };
     }
 
-    /// Looks at the voxels of a block.
+    /// Looks at the voxels of a block, from where the horizon has got to.
     #[inline(always)]
-    fn cross_block<V: Simd>(&mut self, simd: V, page: PageId, view: &SpansView<'_>, block: &VoxelStep) {
-        let SpanScan { eye, row_table, first, .. } = self.standing;
-        let (depth, lane) = (self.depth, self.lane);
-        let drop = f64::from(self.standing.group.drop[lane]);
-        let SpanMarch { blocks, metric, columns, passed, centres, .. } = &mut *self.march;
-        let (corner, stands) = (corner_on_page(block.cell), blocks.get(block.cell, view));
-        let datum = metric.code.offset - eye.z;
-        let above = |from: f64, to: f64| datum - drop * (0.5 * (from + to)).powi(2);
+    fn cross_block(
+        &mut self,
+        simd: V,
+        page: PageId,
+        view: &SpansView<'_>,
+        wedge: &Wedge<'_, V>,
+        block: &BlockPassage<V>,
+        mut horizon: FloatingHorizon<'_, V>,
+    ) {
+        let SpanScan { row_table, row_coordinate, first, .. } = *self.scan;
+        let corner = corner_on_page(block.cell);
+        let (zero, half) = (simd.splat(0.0), simd.splat(0.5));
+        let lanes = self.lanes;
+        let SpanMarch { metric, blocks, .. } = &mut *self.march;
+        let (metric, stands) = (&*metric, blocks.get(block.cell, view));
 
         // What does not rise above a code that is linear in the major distance is hidden: `height · inverse depth ≤ floor`.
-        let veil = VoxelVeil {
-            base: -above(block.enter, block.leave) / metric.code.scale,
-            per_unit: f64::from(self.floor) * depth / metric.code.scale,
-        };
-        let first_voxel = block.cell.each(|cell| cell * i64::from(BLOCK_SIDE));
-        self.course.pass(simd, first_voxel, stands.tops(), [block.enter, block.leave], veil, passed);
+        let [from, to] = block.distances(simd);
+        let per_code = simd.splat(1.0 / metric.scale);
+        let per_unit = self.floor.tangent * lanes.depth * per_code;
+        let base = zero - lanes.datum((from + to) * half) * per_code;
+        let falls = per_unit.lt(zero);
 
-        for voxel in passed.voxels() {
-            let place = voxel.place as u32;
-            let [near, far] = voxel.distances;
-            let mut crossing = VoxelCrossing {
-                simd,
-                page,
-                voxel: [corner[0] + place % BLOCK_SIDE, corner[1] + place / BLOCK_SIDE],
-                metric,
-                column: &mut columns[lane],
-                light: &mut *self.light,
-                row_table,
-                first: first as f32,
-                centres,
-                ground: self.ground,
-                level: depth as f32 / (self.ground * metric.spacing),
-                ahead: self.way.each(|way| (way / depth) as f32),
-                beside: self.beside,
-                floor: self.floor,
-                hidden: self.hidden,
-                length: far - near,
-                ends: voxel.at,
-                inverse: voxel.inverse,
-                above: above(f64::from(near), f64::from(far)) as f32,
-            };
+        for number in wedge.voxel_columns(simd, block) {
+            let column = wedge.voxel_column(simd, block, number);
+            let start = simd.splat((block.start + f64::from(number)) as f32);
+            horizon.advance(simd, block.planes, lanes.inverse(simd, start));
 
-            crossing.look_at(stands.at(voxel.place), &mut self.horizon);
+            for up in column.voxels.clone() {
+                let place = wedge.place(number, up);
+                let top = stands.tops()[place];
+                if top == 0.0 {
+                    continue;
+                }
+                let Some(voxel) = wedge.voxel(simd, block, &column, up) else { continue };
+
+                // Whichever end it is deeper hidden at has the last word.
+                let end = voxel.distances[1].select(falls, voxel.distances[0]);
+                let planes = voxel.planes & end.mul_add(per_unit, base).lt(simd.splat(top));
+                if !planes.any() {
+                    continue;
+                }
+
+                let inverse =
+                    [lanes.inverse(simd, voxel.distances[0]), lanes.inverse(simd, voxel.distances[1])];
+                let above = lanes.datum((voxel.distances[0] + voxel.distances[1]) * half);
+                let mut heights = [0.0; LANES];
+                above.store(&mut heights);
+                let (east, north) = (place as u32 % BLOCK_SIDE, place as u32 / BLOCK_SIDE);
+                let mut crossing = VoxelCrossing {
+                    simd,
+                    page,
+                    voxel: [corner[0] + east, corner[1] + north],
+                    metric,
+                    coverage: &mut *self.coverage,
+                    light: &mut *self.light,
+                    row_coordinate,
+                    first: first as f32,
+                    centres: &row_table.centres[first..],
+                    lanes: &lanes,
+                    floor: self.floor,
+                    horizon: &horizon,
+                    length: voxel.distances[1] - voxel.distances[0],
+                    ends: wedge.ends(simd, block, &voxel, [number, up]),
+                    inverse,
+                    above,
+                    about: heights[planes.bits().trailing_zeros() as usize],
+                    eye: wedge.eye_from(block, [number, up]),
+                };
+                crossing.look_at(planes, stands.at(place));
+            }
         }
     }
 }

@@ -1,132 +1,283 @@
-//! What goes sixteen at a time, against the same one by one.
+//! What sixteen planes do at a time, against planes one by one.
 
+use glam::DVec2;
+use proptest::array::uniform16;
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::select;
 
-use super::column::{Fill, FreeRows, Haze, LinearTerm, PlanePassage, SpanCoverage};
-use super::voxels::{Passed, PassedVoxel, PlaneCourse, VoxelVeil};
-use super::walk::{VoxelStep, Walk};
-use crate::simd::{Isa, Kernel, LANES, Simd, Sixteen};
-use crate::voxel::BLOCK_SIDE;
+use super::coverage::SpanCoverage;
+use super::fill::{Fill, Haze, LinearTerm, PlanePassage};
+use super::horizon::FloatingHorizon;
+use super::wedge::Wedge;
+use crate::raymarch::scan::{NO_SLOPE, PlaneGroup, Post, Profile, SampleLine};
+use crate::simd::{Floats, Isa, Kernel, LANES, Mask, Simd, Sixteen};
+use crate::voxel::{BLOCK_SIDE, Grid};
 
-struct Pass<'a> {
-    course: PlaneCourse,
-    corner: [i64; 2],
-    tops: &'a [f32; 64],
-    ends: [f64; 2],
-    veil: VoxelVeil,
-    passed: &'a mut Passed,
+const SIDE: i64 = BLOCK_SIDE as i64;
+
+/// A voxel that a plane crosses, and the major distances at which it enters and leaves.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Crossed {
+    voxel: [i64; 2],
+    distances: [f64; 2],
+    /// Places there from the voxel's centre, of what was found sixteen at a time.
+    ends: [[f32; 2]; 2],
 }
 
-impl Kernel for Pass<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<V: Simd>(self, simd: V) {
-        self.course.pass(simd, self.corner, self.tops, self.ends, self.veil, self.passed);
+impl Crossed {
+    fn is_shorter(&self, than: f64) -> bool {
+        self.distances[1] - self.distances[0] <= than
     }
 }
 
-/// A plane over voxels of some heights: where the eye is, and how it runs.
+/// Planes over an area, and where the eye is.
 #[derive(Debug, Clone)]
 struct Scene {
-    eye: [f64; 2],
-    way: [f64; 2],
-    depth: f64,
-    tops: [f32; 64],
-    veil: VoxelVeil,
+    grid: Grid,
+    eye: DVec2,
+    group: PlaneGroup,
+    until: f64,
 }
 
 fn scenes() -> impl Strategy<Value = Scene> {
-    let eye = (select(vec![0.0, 400.0, 60_000.0]), 0.0..64.0_f64, 0.0..64.0_f64);
-    let minor = (select(vec![0.0, 1.0, -1.0, 1.3, 1.0e-9]), prop_oneof![Just(1.0), 0.0..1.0_f64]);
-    let major = (select(vec![1.0, -1.0]), any::<bool>());
-    let tops = vec(select(vec![0.0_f32, 1000.0, 2000.0, 60_000.0]), 64);
-    let veil = (-500.0..3000.0_f64, -20.0..20.0_f64);
-    (eye, minor, major, 0.3..40.0_f64, tops, veil).prop_map(|(eye, minor, major, depth, tops, veil)| {
-        let (far, x, y) = eye;
-        let (minor, (major, is_along_x)) = (minor.0 * minor.1, major);
-        Scene {
-            eye: [far + x, far + y],
-            way: if is_along_x { [major, minor] } else { [minor, major] },
-            depth,
-            tops: tops.try_into().unwrap_or([0.0; 64]),
-            veil: VoxelVeil { base: veil.0, per_unit: veil.1 },
-        }
+    let eye = (select(vec![0.0, 8.0, 40.0, 61_000.0]), -20.0..90.0_f64, -20.0..90.0_f64);
+    let azimuth = (select(vec![0.0, 0.25, 0.5, 0.75, 0.125]), prop_oneof![Just(0.0), -0.12..0.12_f64]);
+    let width = select(vec![1.0e-4, 0.001, 0.01, 0.03]);
+    (eye, azimuth, width, 0.5..90.0_f64).prop_map(|((far, x, y), (quarter, turn), width, until)| {
+        let grid = Grid { nx: 61_060, ny: 61_050, spacing: 2.5, origin: DVec2::ZERO };
+        let middle = (quarter + turn) * std::f64::consts::TAU;
+        let directions = std::array::from_fn(|lane| DVec2::from_angle(middle + width * (8.0 - lane as f64)));
+        let eye = DVec2::new(far + x, far + y);
+        Scene { grid, eye, group: PlaneGroup::new(&grid, eye, &directions, 0.0), until }
     })
+}
+
+impl Scene {
+    /// Voxels that a plane crosses, from near to far.
+    fn crossed(&self, plane: usize) -> Vec<Crossed> {
+        let way = self.group.way(plane);
+        let [enter, leave] = self.group.over.map(|over| f64::from(over[plane]));
+        let (from, to) = (enter.max(1.0e-6), leave.min(self.until));
+        if from >= to {
+            return Vec::new();
+        }
+        let mut borders = vec![from, to];
+        for (eye, way) in self.eye.to_array().into_iter().zip(way) {
+            let [near, far] = [from, to].map(|at| eye + way * at);
+            let whole = near.min(far).ceil() as i64..=near.max(far).floor() as i64;
+            borders.extend(whole.map(|border| (border as f64 - eye) / way));
+        }
+        borders.retain(|at| (from..=to).contains(at));
+        borders.sort_by(f64::total_cmp);
+        let voxel = |ends: &[f64]| {
+            let middle = 0.5 * (ends[0] + ends[1]);
+            let voxel = [0, 1].map(|axis| (self.eye[axis] + way[axis] * middle).floor() as i64);
+            Crossed { voxel, distances: [ends[0], ends[1]], ends: [[0.0; 2]; 2] }
+        };
+        borders.windows(2).map(voxel).collect()
+    }
+}
+
+/// Follows the planes of a scene.
+struct Following<'s>(&'s Scene);
+
+impl Kernel for Following<'_> {
+    type Output = [Vec<Crossed>; LANES];
+
+    fn run<V: Simd>(self, simd: V) -> Self::Output {
+        let Scene { grid, eye, group, until } = self.0;
+        let mut crossed = <[Vec<Crossed>; LANES]>::default();
+        for upward in [true, false] {
+            let wedge = Wedge::new(simd, group, grid, eye.to_array(), *until, upward);
+            let Some(wedge) = wedge else { continue };
+            for column in wedge.columns().map(|number| wedge.column(simd, number)) {
+                for block in wedge.rows(simd, &column).filter_map(|row| wedge.block(simd, &column, row)) {
+                    for number in wedge.voxel_columns(simd, &block) {
+                        let voxels = wedge.voxel_column(simd, &block, number);
+                        for up in voxels.voxels.clone() {
+                            let Some(voxel) = wedge.voxel(simd, &block, &voxels, up) else { continue };
+                            let place = wedge.place(number, up) as i64;
+                            let at =
+                                [block.cell[0] * SIDE + place % SIDE, block.cell[1] * SIDE + place / SIDE];
+                            let ends = wedge.ends(simd, &block, &voxel, [number, up]);
+                            let lanes = |values: V::F| {
+                                let mut lanes = [0.0; LANES];
+                                values.store(&mut lanes);
+                                lanes
+                            };
+                            let (distances, ends) =
+                                (voxel.distances.map(lanes), ends.map(|end| end.map(lanes)));
+                            for plane in (0..LANES).filter(|plane| voxel.planes.bits() >> plane & 1 != 0) {
+                                crossed[plane].push(Crossed {
+                                    voxel: at,
+                                    distances: distances.map(|at| f64::from(at[plane])),
+                                    ends: ends.map(|end| end.map(|axis| axis[plane])),
+                                });
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        crossed
+    }
 }
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(600))]
 
     #[test]
-    fn a_block_is_passed_as_voxel_by_voxel(scene in scenes()) {
-        passes_as_voxel_by_voxel(&scene);
+    fn planes_cross_voxels_as_one_by_one(scene in scenes()) {
+        crosses_as_one_by_one(&scene);
+    }
+
+    #[test]
+    fn horizons_are_found_as_one_by_one(
+        steps in vec((uniform16(-0.3_f32..0.5), 0.1_f32..30.0, 0.0_f32..1.0), 1..30),
+        distances in vec(uniform16(0.0_f32..1.0), 12),
+    ) {
+        has_horizons_as_one_by_one(&steps, &distances);
     }
 
     #[test]
     fn rows_are_filled_as_one_by_one(count in 1_usize..150, has_depths in any::<bool>(), fillings in vec(fillings(), 40)) {
-        let places = |filling: &Filling| filling.places.map(|place| place * count as f32);
+        let places = |filling: &Filling| filling.places.map(|place| place.map(|place| place * count as f32));
         let fillings: Vec<_> =
             fillings.iter().map(|filling| Filling { places: places(filling), ..*filling }).collect();
         fills_as_one_by_one(count, has_depths, &fillings);
     }
 }
 
-fn passes_as_voxel_by_voxel(scene: &Scene) {
-    let Scene { eye, way, depth, tops, veil } = *scene;
-    let course = PlaneCourse::new([eye, way], depth);
-    for block in Walk::new(eye, way, f64::from(BLOCK_SIDE), [[0, 1 << 20]; 2], [1.0e-6, 60.0]) {
-        let ends = [block.enter, block.leave];
-        let corner = block.cell.map(|cell| cell * i64::from(BLOCK_SIDE));
-        let inside = corner.map(|first| [first, first + i64::from(BLOCK_SIDE) - 1]);
-        for isa in Isa::available() {
-            let mut passed = Passed::default();
-            isa.run(Pass { course, corner, tops: &tops, ends, veil, passed: &mut passed });
-            let mut found = passed.voxels().peekable();
-            for step in Walk::new(eye, way, 1.0, inside, ends) {
-                let [column, row] = [0, 1].map(|axis| (step.cell[axis] - corner[axis]) as usize);
-                let place = row * BLOCK_SIDE as usize + column;
-                let voxel = found.next_if(|voxel| voxel.place == place);
-                assert!(scene.is_as(&step, tops[place], voxel), "{isa}: {scene:?} {step:?} {voxel:?}");
+fn crosses_as_one_by_one(scene: &Scene) {
+    for isa in Isa::available() {
+        for (plane, found) in isa.run(Following(scene)).iter().enumerate() {
+            let way = scene.group.way(plane);
+            // Where it crosses a border that it almost runs along is as uncertain as how far across it is.
+            let climb = way[0].abs().min(way[1].abs());
+            let near = 2.0e-5 + if climb > 0.0 { 2.0e-6 / climb } else { 0.0 };
+            let mut found = found.iter().peekable();
+
+            for exact in scene.crossed(plane) {
+                let case = || format!("{isa}, plane {plane}: {scene:?} {exact:?}");
+                while found.next_if(|told| told.voxel != exact.voxel && told.is_shorter(2.0 * near)).is_some()
+                {
+                }
+                let Some(told) = found.next_if(|told| told.voxel == exact.voxel) else {
+                    assert!(exact.is_shorter(2.0 * near), "{} is missing", case());
+                    continue;
+                };
+                for end in 0..2 {
+                    let off = (told.distances[end] - exact.distances[end]).abs();
+                    assert!(off < near, "{} {told:?}", case());
+                    let ends = told.ends[end].into_iter().zip(way);
+                    for ((place, way), (eye, voxel)) in
+                        ends.zip(scene.eye.to_array().into_iter().zip(exact.voxel))
+                    {
+                        let exact = eye + way * exact.distances[end] - voxel as f64 - 0.5;
+                        assert!((f64::from(place) - exact).abs() < 2.0 * near, "{} {told:?}", case());
+                    }
+                }
             }
-            assert!(found.next().is_none(), "{isa}: {scene:?} more than there is");
+            let more = found.find(|told| !told.is_shorter(2.0 * near));
+            assert!(more.is_none(), "{isa}, plane {plane}: {scene:?}: {more:?} is more than there is");
         }
     }
 }
 
-impl Scene {
-    /// Whether what was found of a voxel with a height code is right: that it is passed over, or where it is entered and left.
-    fn is_as(&self, step: &VoxelStep, top: f32, found: Option<PassedVoxel>) -> bool {
-        let [along, across] = self.way.map(f64::abs);
-        let climb = along.min(across) / along.max(across);
+/// A profile of posts with rises, distances between them, and a draw of whether the march began anew there.
+struct Horizons<'a> {
+    steps: &'a [([f32; LANES], f32, f32)],
+    /// Inverse depths, each set as near as the one before or farther.
+    inverse: &'a [[f32; LANES]],
+    profile: &'a mut Profile,
+}
 
-        // Where it crosses a border that it almost runs along is as uncertain as how far across it is.
-        let near = 1.0e-5 + if climb > 0.0 { 1.0e-6 / climb } else { 0.0 };
-        let ends = [step.enter, step.leave];
-        let hidden = ends.map(|at| self.veil.base + self.veil.per_unit * at);
-        let above = f64::from(top) - hidden[0].min(hidden[1]);
-        let Some(found) = found else {
-            // What is shorter than this may be passed or not.
-            return top == 0.0 || above <= 0.01 || step.leave - step.enter <= 2.0 * near;
-        };
+const LOWEST: f32 = -0.9;
 
-        let is_near = |end: usize| {
-            let told = f64::from(found.distances[end]);
-            let exact =
-                [0, 1].map(|axis| self.eye[axis] + self.way[axis] * ends[end] - step.cell[axis] as f64 - 0.5);
-            let off = [0, 1].map(|axis| (f64::from(found.at[end][axis]) - exact[axis]).abs());
-            (told - ends[end]).abs() < near
-                && (f64::from(found.inverse[end]) * self.depth * told - 1.0).abs() < 1.0e-6
-                && off[0].max(off[1]) < 2.0 * near
-        };
+impl Kernel for Horizons<'_> {
+    type Output = Vec<[f32; LANES]>;
 
-        top > 0.0 && above > -0.01 && is_near(0) && is_near(1)
+    fn run<V: Simd>(self, simd: V) -> Self::Output {
+        let mut distance = 0.0;
+        let mut horizon = simd.splat(NO_SLOPE);
+        for (index, (rises, step, draw)) in self.steps.iter().enumerate() {
+            distance += step;
+            let slope = horizon.max(simd.splat(-1.0)) + simd.load(rises);
+            let post = Post::<V> {
+                slope,
+                inverse: simd.splat(1.0 / distance),
+                line: SampleLine { line: index as i64, ..SampleLine::default() },
+            };
+            if index == 0 || *draw < 0.15 {
+                self.profile.begin(&post)
+            } else {
+                self.profile.add(&post, true)
+            }
+            horizon = horizon.max(slope);
+        }
+
+        let all = simd.mask(u16::MAX);
+        let mut horizon = FloatingHorizon::new(simd, self.profile, LOWEST);
+        let mut found = Vec::new();
+        for inverse in self.inverse {
+            let inverse = simd.load(inverse);
+            let mut lanes = [0.0; LANES];
+            // Not past what is near in one plane only.
+            horizon.advance(simd, all, inverse);
+            horizon.at(simd, all, inverse).store(&mut lanes);
+            found.push(lanes);
+        }
+        found
     }
 }
 
-/// A row of a column, one by one.
+fn has_horizons_as_one_by_one(steps: &[([f32; LANES], f32, f32)], distances: &[[f32; LANES]]) {
+    let whole: f32 = 1.2 * steps.iter().map(|step| step.1).sum::<f32>();
+    let inverse: Vec<[f32; LANES]> = distances
+        .iter()
+        .enumerate()
+        .map(|(index, spread)| {
+            let least = whole * index as f32 / distances.len() as f32;
+            spread.map(|share| 1.0 / (least + 0.01 + share * whole / distances.len() as f32))
+        })
+        .collect();
+
+    for isa in Isa::available() {
+        let mut profile = Profile::default();
+        let found = isa.run(Horizons { steps, inverse: &inverse, profile: &mut profile });
+        for (inverse, found) in inverse.iter().zip(found) {
+            for plane in 0..LANES {
+                let exact = horizon_of(&profile, plane, inverse[plane]);
+                assert!((found[plane] - exact).abs() < 1.0e-4, "{isa}: {exact} {}", found[plane]);
+            }
+        }
+    }
+}
+
+/// The horizon of one plane at an inverse depth.
+fn horizon_of(profile: &Profile, plane: usize, inverse: f32) -> f32 {
+    let mut horizon = LOWEST;
+    let mut behind: Option<[f32; 2]> = None;
+    for segment in profile.segments() {
+        let [slope, far] = [segment.slope.0[plane], segment.inverse.0[plane]];
+        if far <= inverse {
+            if let Some([from, near]) = behind
+                && !segment.line.begins
+                && slope > horizon
+            {
+                let share = ((near - inverse) / (near - far)).clamp(0.0, 1.0);
+                horizon = horizon.max(from + (slope - from) * share);
+            }
+            return horizon;
+        }
+        horizon = horizon.max(slope);
+        behind = Some([slope, far]);
+    }
+    horizon
+}
+
+/// A row of one plane.
 #[derive(Debug, Clone, Copy, Default)]
 struct Row {
     covered: u8,
@@ -139,18 +290,19 @@ struct Row {
     full: bool,
 }
 
-/// What fills rows: places, light, inverse depth, and share of light that is hidden.
+/// What fills rows: places in each plane, light, inverse depth, and share of light that is hidden.
 #[derive(Debug, Clone, Copy)]
 struct Filling {
-    places: [f32; 2],
+    planes: u16,
+    places: [[f32; LANES]; 2],
     light: f32,
     inverse: f32,
     opacity: f32,
 }
 
 impl Row {
-    fn fill(&mut self, row: usize, filling: &Filling, has_depths: bool) {
-        let [from, to] = filling.places.map(|place| (place - row as f32).clamp(0.0, 1.0));
+    fn fill(&mut self, row: usize, places: [f32; 2], filling: &Filling, has_depths: bool) {
+        let [from, to] = places.map(|place| (place - row as f32).clamp(0.0, 1.0));
         if from >= to || self.full {
             return;
         }
@@ -190,86 +342,102 @@ impl Row {
 }
 
 struct Fills<'a> {
-    column: &'a mut FreeRows,
+    coverage: &'a mut SpanCoverage,
     fillings: &'a [Filling],
-    centres: &'a [Sixteen],
+    centres: &'a [f32],
 }
 
 impl Kernel for Fills<'_> {
     type Output = ();
 
-    #[inline(always)]
     fn run<V: Simd>(self, simd: V) {
-        for &Filling { places, light, inverse, opacity } in self.fillings {
-            let passage =
-                PlanePassage { inverse: [1.0; 2], top: [f32::INFINITY; 2], bottom: [f32::NEG_INFINITY; 2] };
-            let clearness = (1.0 - opacity).log2();
-            let haze = Haze { clearness, level: 0.0, tangents: [-1.0, 1.0], passage };
-            let fill = Fill {
-                haze: (opacity < 1.0).then_some(haze),
-                inverse: LinearTerm::level(inverse),
-                across: 3.0,
-                bounds: [inverse; 2],
-                front: 2.0,
+        for &Filling { planes, places, light, inverse, opacity } in self.fillings {
+            let [high, low] = [f32::INFINITY, f32::NEG_INFINITY].map(|tangent| [simd.splat(tangent); 2]);
+            let passage = PlanePassage { inverse: [simd.splat(1.0); 2], top: high, bottom: low };
+            let haze = Haze {
+                clearness: simd.splat((1.0 - opacity).log2()),
+                level: simd.splat(0.0),
+                tangents: [simd.splat(-1.0), simd.splat(1.0)],
+                passage,
             };
-            self.column.fill(simd, places, [light, 2.0 * light, 0.0], &fill, self.centres);
+            let fill = Fill {
+                light: [light, 2.0 * light, 0.0].map(|light| simd.splat(light)),
+                haze: (opacity < 1.0).then_some(haze),
+                inverse: LinearTerm {
+                    tangent: simd.splat(0.0),
+                    value: simd.splat(inverse),
+                    slope: simd.splat(0.0),
+                },
+                across: simd.splat(3.0),
+                bounds: [simd.splat(inverse); 2],
+                front: simd.splat(2.0),
+            };
+            let places = places.map(|places| simd.load(&places));
+            let rows = self.coverage.rows_between(simd, simd.mask(planes), places);
+            if self.coverage.has_open(planes, rows.clone()) {
+                self.coverage.fill(simd, planes, rows, places, &fill, self.centres);
+            }
         }
     }
 }
 
 /// Places as shares of all rows.
 fn fillings() -> impl Strategy<Value = Filling> {
-    let long = (select(vec![0.0005_f32, 0.004, 0.03, 0.3]), 0.0..1.0_f32);
+    let long = (select(vec![0.0005_f32, 0.004, 0.03, 0.3]), uniform16(0.0..1.0_f32));
     let opacity = select(vec![1.0_f32, 1.0, 0.3, 0.77]);
-    (-0.05..1.0_f32, long, 0.0..1.0_f32, 0.0..1.0_f32, opacity).prop_map(
-        |(from, long, light, inverse, opacity)| Filling {
-            places: [from, from + long.0 * long.1],
-            light,
-            inverse,
-            opacity,
+    let from = (-0.05..1.0_f32, select(vec![0.0, 0.01, 0.3_f32]), uniform16(-1.0..1.0_f32));
+    (1..u16::MAX, from, long, 0.0..1.0_f32, 0.0..1.0_f32, opacity).prop_map(
+        |(planes, (from, spread, shifts), (most, long), light, inverse, opacity)| {
+            let low = shifts.map(|shift| from + spread * shift);
+            let high = std::array::from_fn(|plane| low[plane] + most * long[plane]);
+            Filling { planes, places: [low, high], light, inverse, opacity }
         },
     )
 }
 
 fn fills_as_one_by_one(count: usize, has_depths: bool, fillings: &[Filling]) {
-    let mut rows = vec![Row::default(); count];
+    let mut rows = vec![[Row::default(); LANES]; count];
     for filling in fillings {
-        for (row, is) in rows.iter_mut().enumerate() {
-            is.fill(row, filling, has_depths);
+        for (row, planes) in rows.iter_mut().enumerate() {
+            for plane in (0..LANES).filter(|plane| filling.planes >> plane & 1 != 0) {
+                let places = filling.places.map(|places| places[plane]);
+                planes[plane].fill(row, places, filling, has_depths);
+            }
         }
     }
 
-    let centres = vec![Sixteen::default(); count.div_ceil(LANES)];
+    let centres = vec![0.0; count];
     for isa in Isa::available() {
-        let mut columns: [FreeRows; LANES] = Default::default();
-        for column in &mut columns {
-            column.begin(count, has_depths);
-            isa.run(Fills { column, fillings, centres: &centres });
+        let mut coverage = SpanCoverage::default();
+        // What was in the memory before must not matter.
+        for _ in 0..2 {
+            coverage.begin(count, has_depths);
+            isa.run(Fills { coverage: &mut coverage, fillings, centres: &centres });
         }
 
-        let mut cover = SpanCoverage::default();
-        cover.clear();
-        cover.take(&columns);
-        let mut seen = vec![[0.0; 6]; count];
+        let mut seen = vec![[Sixteen::default(); 6]; count];
+        for (row, shown, middle) in coverage.rows() {
+            let [red, green, blue] = shown.light;
+            let middle = middle.map(|middle| middle.inverse).unwrap_or_default();
+            seen[row] = [red, green, blue, shown.share, shown.inverse, middle];
+        }
 
-        for (row, elements) in cover.rows() {
-            for lane in 1..LANES {
-                assert!(elements.iter().all(|element| element.0[lane] == element.0[0]), "{isa}: {lane}");
+        for (row, (planes, seen)) in rows.iter().zip(seen).enumerate() {
+            for (plane, is) in planes.iter().enumerate() {
+                let seen = seen.map(|element| element.0[plane]);
+                let case = format!("{isa}, row {row}, plane {plane}: {is:?} {seen:?}");
+                let expected = [is.light, 2.0 * is.light, 0.0, is.share, is.inverse];
+                for (found, expected) in seen.into_iter().zip(expected) {
+                    assert!((found - expected).abs() < 1.0e-4, "{case}");
+                }
+                assert!(!has_depths || (seen[5] - is.middle).abs() < 1.0e-6, "{case}");
+                assert_eq!(coverage.has_open(1 << plane, row..row + 1), !is.full, "{case}");
             }
-            seen[row] = std::array::from_fn(|element| elements[element].0[0]);
         }
 
-        let column = &columns[0];
-        for (row, (is, seen)) in rows.iter().zip(seen).enumerate() {
-            let case = format!("{isa}, row {row}: {is:?} {seen:?}");
-            let expected = [is.light, 2.0 * is.light, 0.0, is.share, is.inverse];
-            for (found, expected) in seen.into_iter().zip(expected) {
-                assert!((found - expected).abs() < 1.0e-4, "{case}");
-            }
-            assert!(!has_depths || (seen[5] - is.middle).abs() < 1.0e-6, "{case}");
-            assert_eq!(column.is_full(row as f32, row as f32 + 1.0), is.full, "{case}");
+        for plane in 0..LANES {
+            let lowest = rows.iter().position(|planes| !planes[plane].full).unwrap_or(count);
+            assert_eq!(coverage.close_below(plane, 0.0), lowest, "{isa}, plane {plane}");
         }
-
-        assert_eq!(column.is_closed(), rows.iter().all(|row| row.full), "{isa}");
     }
 }
