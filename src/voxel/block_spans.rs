@@ -46,9 +46,8 @@ impl BlockSpans {
         let placed =
             || placements.iter().filter_map(|placement| Some((*placement, objects.get(*placement)?)));
         let mut counts = [0_u32; VOXELS];
-        let has_own = block.occupied != 0;
-        for (voxel, count) in counts.iter_mut().enumerate().filter(|_| has_own) {
-            *count = own(voxel).len() as u32;
+        for voxel in ones(block.occupied) {
+            counts[voxel] = own(voxel).len() as u32;
         }
 
         for (placement, object) in placed() {
@@ -74,7 +73,7 @@ impl BlockSpans {
         self.starts[VOXELS] = end;
         self.spans.resize(end as usize, Span::NONE);
         let rise = rise as f32;
-        for voxel in (0..VOXELS).filter(|_| has_own) {
+        for voxel in ones(block.occupied) {
             own(voxel).iter().for_each(|span| self.put(voxel, *span, &mut ends[voxel], rise));
         }
 
@@ -122,6 +121,16 @@ impl BlockSpans {
     pub fn tops(&self) -> &[f32; VOXELS] {
         &self.tops
     }
+}
+
+/// Iterates over the bits of a block's voxels that are set.
+#[inline]
+fn ones(mut bits: u64) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let first = bits.trailing_zeros() as usize;
+        bits &= bits.wrapping_sub(1);
+        (first < VOXELS).then_some(first)
+    })
 }
 
 /// The voxels of a block, from `corner` on, that an object lies over, each with the object's own there.

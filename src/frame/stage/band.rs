@@ -96,9 +96,10 @@ impl Filling<'_, '_> {
 
         // Strip by strip: rows of one group of planes follow each other in memory.
         for column in (0..width).step_by(LANES) {
+            let mut strip = plane_image.strip(column);
             for row in 0..count {
                 let place = plane_image.place(column, first + row);
-                let light = plane_image.light(&place);
+                let light = plane_image.light(&mut strip, &place);
                 let (start, end) = (row * width + column, row * width + (column + LANES).min(width));
                 match &mut band.light {
                     Pixels::Srgb8(bytes) => {

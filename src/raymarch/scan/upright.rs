@@ -227,6 +227,30 @@ impl Upright {
         self.roll == [0.0, 1.0]
     }
 
+    /// Whether rows of the plane image follow each other down the screen's columns, none of them left out: it is rolled by 45° at most.
+    pub fn rows_sink(&self) -> bool {
+        self.roll[1] >= std::f64::consts::FRAC_1_SQRT_2
+    }
+
+    /// Screen's centre from its left edge, columns.
+    pub fn middle(&self) -> f32 {
+        self.centre.x as f32
+    }
+
+    /// Planes, fractional, where columns of a rolled screen, so far from its centre, cross rows of the plane image; columns do not run along rows.
+    #[inline(always)]
+    pub fn plane_of<V: Simd>(&self, simd: V, x: V::F, row: V::F) -> V::F {
+        let [sin, cos] = self.roll;
+        let [first, per_row] = self.horizontal();
+        // Both on the upright screen: across = x / cos + up · tan.
+        let up = row + simd.splat(self.row as f32);
+        let across = up.mul_add(simd.splat((sin / cos) as f32), x * simd.splat((1.0 / cos) as f32));
+        let horizontal = row.mul_add(simd.splat(per_row), simd.splat(first)).recip();
+        let per_plane = 1.0 / self.plane[1];
+        let across = across * simd.splat((per_plane / self.focal) as f32);
+        across.mul_add(horizontal, simd.splat((-self.plane[0] * per_plane) as f32))
+    }
+
     /// Returns the direction of a row of an unrolled screen, and its place in the plane image; `None` if the screen is rolled.
     pub fn level_row(&self, row: f32) -> Option<LevelRow> {
         if !self.is_level() {

@@ -3,6 +3,9 @@
 mod panorama;
 mod upright;
 
+#[cfg(test)]
+mod tests;
+
 pub use panorama::PanoramaImage;
 pub use upright::UprightImage;
 
@@ -93,11 +96,15 @@ impl Depths<'_> {
 pub trait LookUp<V: Simd> {
     /// Place of sixteen pixels in it.
     type Place;
+    /// What is kept from one row of a strip of sixteen columns to the next.
+    type Strip;
 
+    /// Begins a strip from `column` (a multiple of sixteen) on, whose rows follow each other downward.
+    fn strip(&self, column: usize) -> Self::Strip;
     /// Places sixteen pixels from `column` (a multiple of sixteen) of a screen's `row` on.
     fn place(&self, column: usize, row: usize) -> Self::Place;
     /// Reads their linear light, in units of the cells' [scale](Scale::units).
-    fn light(&self, place: &Self::Place) -> [V::F; 3];
+    fn light(&self, strip: &mut Self::Strip, place: &Self::Place) -> [V::F; 3];
     /// Reads their range, metres: 0 at the eye, infinite for the sky. Across an edge the nearest plane and row count. And where there may be an outline: an edge, or
     /// something that stands.
     fn range(&self, place: &Self::Place) -> (V::F, V::M);

@@ -43,6 +43,10 @@ impl<V: Simd> PanoramaImage<'_, V> {
 
 impl<V: Simd> LookUp<V> for PanoramaImage<'_, V> {
     type Place = PanoramaPlace<V>;
+    type Strip = ();
+
+    #[inline(always)]
+    fn strip(&self, _: usize) {}
 
     #[inline(always)]
     fn place(&self, column: usize, row: usize) -> PanoramaPlace<V> {
@@ -54,7 +58,7 @@ impl<V: Simd> LookUp<V> for PanoramaImage<'_, V> {
 
     /// Cubic between rows, straight between planes, which are closer to each other; black where there is no ray.
     #[inline(always)]
-    fn light(&self, place: &PanoramaPlace<V>) -> [V::F; 3] {
+    fn light(&self, (): &mut (), place: &PanoramaPlace<V>) -> [V::F; 3] {
         let simd = self.simd;
         let mut seen = [simd.splat(0.0); 3];
         let along = cubic(simd, place.rise);

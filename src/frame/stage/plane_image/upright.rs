@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::super::cell::{Cell, add, between};
 use super::{AT_EYE, Among, Depths, LookUp, along_surface, cubic};
 use crate::raymarch::scan::{LevelRow, Upright};
-use crate::simd::{Each, Floats, Ints, LANES, Simd};
+use crate::simd::{Each, Floats, Ints, LANES, Mask, Simd};
 
 /// Place of sixteen pixels among planes and rows.
 pub struct UprightPlace<V: Simd> {
@@ -15,6 +15,16 @@ pub struct UprightPlace<V: Simd> {
     square: V::F,
     /// The first of two neighbouring groups that hold all planes of theirs, and the row, of an unrolled screen.
     level: Option<(usize, V::I)>,
+}
+
+/// Sixteen columns of a rolled screen on their way down: light of the four rows of the plane image about each pixel, where its column crosses them.
+pub struct RolledColumns<V: Simd> {
+    /// Columns from the screen's centre.
+    x: V::F,
+    /// The row that each pixel is above, once there is one.
+    row: Option<V::F>,
+    /// Light of the rows from the one below that upward, in units of the cells.
+    rows: [[V::F; 3]; 4],
 }
 
 /// The first of the four words that a pixel lies among.
@@ -41,6 +51,31 @@ pub struct UprightImage<'a, V: Simd> {
     levels: Vec<LevelRow>,
 }
 
+impl<V: Simd> RolledColumns<V> {
+    /// Goes down to pixels above these rows.
+    #[inline(always)]
+    fn sink(&mut self, simd: V, plane_image: &UprightImage<'_, V>, below: V::F) {
+        let one = simd.splat(1.0);
+        let mut row = self.row.unwrap_or(below + simd.splat(self.rows.len() as f32));
+        loop {
+            let sinks = below.lt(row);
+            if !sinks.any() {
+                break;
+            }
+            row = (row - one).select(sinks, row);
+            let next = plane_image.across(self.x, row - one);
+            for channel in 0..3 {
+                for index in (1..self.rows.len()).rev() {
+                    self.rows[index][channel] =
+                        self.rows[index - 1][channel].select(sinks, self.rows[index][channel]);
+                }
+                self.rows[0][channel] = next[channel].select(sinks, self.rows[0][channel]);
+            }
+        }
+        self.row = Some(row);
+    }
+}
+
 impl<'a, V: Simd> UprightImage<'a, V> {
     /// Reads for some rows of the screen.
     #[inline(always)]
@@ -56,6 +91,21 @@ impl<'a, V: Simd> UprightImage<'a, V> {
         let mut columns = [0.0; LANES];
         columns.iter_mut().enumerate().for_each(|(lane, column)| *column = lane as f32 + 0.5);
         Self { simd, upright, cells, depths, columns: simd.load(&columns), first, levels }
+    }
+
+    /// Light where columns of a rolled screen, so far from its centre, cross rows: cubic between planes.
+    #[inline(always)]
+    fn across(&self, x: V::F, row: V::F) -> [V::F; 3] {
+        let simd = self.simd;
+        let plane = self.upright.plane_of(simd, x, row);
+        let left = plane.floor();
+        let weights = cubic(simd, plane - left);
+        let (left, row) = (left.to_int(), row.to_int());
+        let mut light = [simd.splat(0.0); 3];
+        for (plane, &weight) in weights.iter().enumerate() {
+            add(simd, &mut light, self.words(left + simd.splat_int(plane as i32 - 1), row), weight);
+        }
+        light
     }
 
     /// Light that a plane saw in a row; both are taken into the plane image.
@@ -86,6 +136,14 @@ impl<'a, V: Simd> UprightImage<'a, V> {
 
 impl<V: Simd> LookUp<V> for UprightImage<'_, V> {
     type Place = UprightPlace<V>;
+    type Strip = RolledColumns<V>;
+
+    #[inline(always)]
+    fn strip(&self, column: usize) -> RolledColumns<V> {
+        let simd = self.simd;
+        let x = self.columns + simd.splat(column as f32 - self.upright.middle());
+        RolledColumns { x, row: None, rows: [[simd.splat(0.0); 3]; 4] }
+    }
 
     #[inline(always)]
     fn place(&self, column: usize, row: usize) -> UprightPlace<V> {
@@ -119,7 +177,7 @@ impl<V: Simd> LookUp<V> for UprightImage<'_, V> {
 
     /// Linear between the planes, or cubic between planes and rows of a rolled screen.
     #[inline(always)]
-    fn light(&self, place: &UprightPlace<V>) -> [V::F; 3] {
+    fn light(&self, strip: &mut RolledColumns<V>, place: &UprightPlace<V>) -> [V::F; 3] {
         let simd = self.simd;
         let left = place.plane.floor();
         let share = place.plane - left;
@@ -134,20 +192,29 @@ impl<V: Simd> LookUp<V> for UprightImage<'_, V> {
         }
 
         let below = place.row.floor();
-        let rise = place.row - below;
-        let (left, below) = (left.to_int(), below.to_int());
         if !self.levels.is_empty() {
-            let right = left + simd.splat_int(1);
-            return between(simd, self.words(left, below), self.words(right, below), share);
+            let (left, row) = (left.to_int(), below.to_int());
+            return between(simd, self.words(left, row), self.words(left + simd.splat_int(1), row), share);
         }
 
+        let rise = cubic(simd, place.row - below);
         let mut light = [simd.splat(0.0); 3];
-        let across = cubic(simd, share);
-        for (row, &up) in cubic(simd, rise).iter().enumerate() {
-            let row = below + simd.splat_int(row as i32 - 1);
-            for (plane, &weight) in across.iter().enumerate() {
-                let words = self.words(left + simd.splat_int(plane as i32 - 1), row);
-                add(simd, &mut light, words, weight * up);
+        if self.upright.rows_sink() {
+            strip.sink(simd, self, below);
+            for (row, &up) in strip.rows.iter().zip(&rise) {
+                light[0] = row[0].mul_add(up, light[0]);
+                light[1] = row[1].mul_add(up, light[1]);
+                light[2] = row[2].mul_add(up, light[2]);
+            }
+        } else {
+            let (left, below) = (left.to_int(), below.to_int());
+            let across = cubic(simd, share);
+            for (row, &up) in rise.iter().enumerate() {
+                let row = below + simd.splat_int(row as i32 - 1);
+                for (plane, &weight) in across.iter().enumerate() {
+                    let words = self.words(left + simd.splat_int(plane as i32 - 1), row);
+                    add(simd, &mut light, words, weight * up);
+                }
             }
         }
 

@@ -118,13 +118,6 @@ impl<L: FacetLight, V: Simd> VoxelCrossing<'_, '_, L, V> {
     /// Looks at the spans of the voxel.
     #[inline(always)]
     pub fn look_at(&mut self, planes: V::M, spans: &[Span]) {
-        if let [span] = spans {
-            if let Some(met) = self.within(planes, span) {
-                self.meet(&met);
-            }
-            return;
-        }
-
         // Of two above each other the upper is met first from above the plane between them, the lower from below: outward from the eye, as ends that slope go on to it.
         // The steps of `slice::partition_point`, whose closure would be a function of its own without the instruction set. Spans that stand beside
         // each other have no order, so which of them are looked at matters.

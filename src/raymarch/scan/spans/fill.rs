@@ -85,7 +85,8 @@ impl<V: Simd> Haze<V> {
         let tangents = tangents.max(low).min(high);
         let [steepest, one] = [STEEPEST, 1.0].each(|value| simd.splat(value));
         let slant = (self.level * tangents).abs().min(steepest);
-        let way = slant.mul_add(slant, one).sqrt() * self.passage.share(simd, tangents);
+        let square = slant.mul_add(slant, one);
+        let way = square * square.rsqrt() * self.passage.share(simd, tangents);
         one - math::exp_neg(simd, way * self.clearness * simd.splat(-std::f32::consts::LN_2))
     }
 }
@@ -120,6 +121,6 @@ impl<V: Simd> PlanePassage<V> {
         let [from, to] = self.inverse;
         let begun = (tangents - near) * to;
         let left = (far - tangents) * from;
-        begun / (begun + left)
+        begun * (begun + left).recip()
     }
 }
