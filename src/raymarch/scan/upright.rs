@@ -32,6 +32,10 @@ const WIDEST_STEP: f64 = 1.0 / 32.0;
 /// Roll that moves no pixel by more than this, in pixels, is none.
 const LEVEL: f64 = 1.0e-3;
 
+/// Tangent of the roll up to which a cubic along the screen's columns shows what one along rows and planes does: within 0.2 dB of the truth. At 45° it costs
+/// 1.4 dB.
+const MOST_SLANT: f64 = 0.5;
+
 /// Rows and planes beyond the screen's edge that interpolation may touch.
 const MARGIN: f64 = 1.5;
 
@@ -227,9 +231,9 @@ impl Upright {
         self.roll == [0.0, 1.0]
     }
 
-    /// Whether rows of the plane image follow each other down the screen's columns, none of them left out: it is rolled by 45° at most.
-    pub fn rows_sink(&self) -> bool {
-        self.roll[1] >= std::f64::consts::FRAC_1_SQRT_2
+    /// Whether the plane image may be read down the screen's columns: they are nearly upright in it.
+    pub fn is_read_by_columns(&self) -> bool {
+        self.roll[0].abs() <= MOST_SLANT * self.roll[1]
     }
 
     /// Screen's centre from its left edge, columns.

@@ -199,7 +199,7 @@ impl<V: Simd> LookUp<V> for UprightImage<'_, V> {
 
         let rise = cubic(simd, place.row - below);
         let mut light = [simd.splat(0.0); 3];
-        if self.upright.rows_sink() {
+        if self.upright.is_read_by_columns() {
             strip.sink(simd, self, below);
             for (row, &up) in strip.rows.iter().zip(&rise) {
                 light[0] = row[0].mul_add(up, light[0]);

@@ -203,12 +203,13 @@ impl SpanCoverage {
         let hidden = share * opacity;
         let weight = (left * hidden).select(open, zero);
 
+        // Of planes in which it is not open anything may have come out, which no weight makes nothing.
         for (sum, light) in row.light.iter_mut().zip(fill.light) {
-            weight.mul_add(light, simd.load(&sum.0)).store(&mut sum.0);
+            weight.mul_add(light, simd.load(&sum.0)).store_masked(open, &mut sum.0);
         }
 
         (simd.load(&row.share.0) + weight).store(&mut row.share.0);
-        weight.mul_add(inverse, simd.load(&row.inverse.0)).store(&mut row.inverse.0);
+        weight.mul_add(inverse, simd.load(&row.inverse.0)).store_masked(open, &mut row.inverse.0);
         let covers = open & one.le(opacity) & !is_narrow;
         let covered = (covered | bits).select(covers, covered);
         let left = (left - left * hidden).select(open & !covers, left);

@@ -352,27 +352,30 @@ impl Kernel for Fills<'_> {
 
     fn run<V: Simd>(self, simd: V) {
         for &Filling { planes, places, light, inverse, opacity } in self.fillings {
+            // Of other planes nothing is known, and nothing may come to them.
+            let of_planes = |value: f32| simd.splat(value).select(simd.mask(planes), simd.splat(f32::NAN));
             let [high, low] = [f32::INFINITY, f32::NEG_INFINITY].map(|tangent| [simd.splat(tangent); 2]);
             let passage = PlanePassage { inverse: [simd.splat(1.0); 2], top: high, bottom: low };
             let haze = Haze {
-                clearness: simd.splat((1.0 - opacity).log2()),
+                clearness: of_planes((1.0 - opacity).log2()),
                 level: simd.splat(0.0),
                 tangents: [simd.splat(-1.0), simd.splat(1.0)],
                 passage,
             };
             let fill = Fill {
-                light: [light, 2.0 * light, 0.0].map(|light| simd.splat(light)),
+                light: [light, 2.0 * light, 0.0].map(of_planes),
                 haze: (opacity < 1.0).then_some(haze),
                 inverse: LinearTerm {
                     tangent: simd.splat(0.0),
-                    value: simd.splat(inverse),
+                    value: of_planes(inverse),
                     slope: simd.splat(0.0),
                 },
-                across: simd.splat(3.0),
-                bounds: [simd.splat(inverse); 2],
-                front: simd.splat(2.0),
+                across: of_planes(3.0),
+                bounds: [of_planes(inverse); 2],
+                front: of_planes(2.0),
             };
-            let places = places.map(|places| simd.load(&places));
+            let places =
+                places.map(|places| simd.load(&places).select(simd.mask(planes), simd.splat(f32::NAN)));
             let rows = self.coverage.rows_between(simd, simd.mask(planes), places);
             if self.coverage.has_open(planes, rows.clone()) {
                 self.coverage.fill(simd, planes, rows, places, &fill, self.centres);
