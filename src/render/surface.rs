@@ -70,8 +70,9 @@ pub fn describe(
         }
     };
     farm.each_with(Stage::Image, tasks, probe, |probe, task, mut pixels| {
-        for row in 0..pixels.range.len() / width {
-            for column in (0..width).step_by(LANES) {
+        // Down the rows, so that what one ray looked up serves the next one.
+        for column in (0..width).step_by(LANES) {
+            for row in 0..pixels.range.len() / width {
                 let part = ScreenPart { column, row: task * rows + row, count: LANES.min(width - column) };
                 pixels.describe(renderer.isa, &camera, probe, part, row * width + column)?;
             }
