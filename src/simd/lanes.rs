@@ -89,9 +89,9 @@ pub trait Floats:
     fn mul_add(self, factor: Self, summand: Self) -> Self;
     /// `summand − self · factor`, rounded once or twice.
     fn neg_mul_add(self, factor: Self, summand: Self) -> Self;
-    /// The smaller one.
+    /// The smaller one; `other` where either is no number.
     fn min(self, other: Self) -> Self;
-    /// The larger one.
+    /// The larger one; `other` where either is no number.
     fn max(self, other: Self) -> Self;
     /// Square root.
     fn sqrt(self) -> Self;

@@ -4,9 +4,10 @@
 //! that is compiled for the instruction set, into which everything is inlined: a kernel is written once
 //! and reads as the algorithm.
 //!
-//! * [`Portable`]: arrays of 16, which compilers vectorise for whatever the target offers (SSE2, NEON).
+//! * [`Portable`]: arrays of 16, which compilers vectorise for whatever the target offers (SSE2).
 //! * `Avx2`: two registers of eight.
 //! * `Avx512`: one register, comparisons into mask registers.
+//! * `Neon`: four registers of four.
 //!
 //! Values of a set's lane types exist only where the set was detected, because only the set's token makes
 //! them: that is what makes their operators safe.
@@ -25,6 +26,8 @@ mod turn;
 mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
+#[cfg(target_arch = "aarch64")]
+mod neon;
 #[cfg(test)]
 mod tests;
 
@@ -49,6 +52,8 @@ enum Set {
     Avx2(avx2::Avx2),
     #[cfg(target_arch = "x86_64")]
     Avx512(avx512::Avx512),
+    #[cfg(target_arch = "aarch64")]
+    Neon(neon::Neon),
 }
 
 impl Isa {
@@ -63,6 +68,8 @@ impl Isa {
             sets.extend(avx512::Avx512::detect().map(|token| Self(Set::Avx512(token))));
             sets.extend(avx2::Avx2::detect().map(|token| Self(Set::Avx2(token))));
         }
+        #[cfg(target_arch = "aarch64")]
+        sets.extend(neon::Neon::detect().map(|token| Self(Set::Neon(token))));
         sets.push(Self::PORTABLE);
         sets
     }
@@ -73,7 +80,7 @@ impl Isa {
         *BEST
     }
 
-    /// Name as users write it: `avx512`, `avx2` or `portable`.
+    /// Name as users write it: `avx512`, `avx2`, `neon` or `portable`.
     pub fn name(self) -> &'static str {
         match self.0 {
             Set::Portable => "portable",
@@ -81,6 +88,8 @@ impl Isa {
             Set::Avx2(_) => "avx2",
             #[cfg(target_arch = "x86_64")]
             Set::Avx512(_) => "avx512",
+            #[cfg(target_arch = "aarch64")]
+            Set::Neon(_) => "neon",
         }
     }
 
@@ -93,6 +102,8 @@ impl Isa {
             Set::Avx2(token) => token.call(kernel),
             #[cfg(target_arch = "x86_64")]
             Set::Avx512(token) => token.call(kernel),
+            #[cfg(target_arch = "aarch64")]
+            Set::Neon(token) => token.call(kernel),
         }
     }
 }

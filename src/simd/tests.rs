@@ -116,6 +116,72 @@ fn all_sets_agree_with_the_portable_one() {
     }
 }
 
+/// Smaller and larger ones of pairs, as bits.
+struct Ends([f32; LANES], [f32; LANES]);
+
+impl Kernel for Ends {
+    type Output = [[i32; LANES]; 2];
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) -> Self::Output {
+        let (a, b) = (simd.load(&self.0), simd.load(&self.1));
+        [a.min(b), a.max(b)].each(|end| {
+            let mut bits = [0; LANES];
+            end.to_bits().store(&mut bits);
+            bits
+        })
+    }
+}
+
+#[test]
+fn the_second_is_taken_where_neither_is_smaller() {
+    let values = [f32::NAN, 0.0, -0.0, f32::INFINITY];
+    let (a, b) = (std::array::from_fn(|lane| values[lane / 4]), std::array::from_fn(|lane| values[lane % 4]));
+    let expected = Isa::PORTABLE.run(Ends(a, b));
+    assert_eq!(expected[0][..4], values.map(|value| value.to_bits() as i32));
+    for isa in Isa::available() {
+        assert_eq!(isa.run(Ends(a, b)), expected, "{isa}");
+    }
+}
+
+/// Reciprocals, those of roots, and rough roots.
+struct Approximations([f32; LANES]);
+
+impl Kernel for Approximations {
+    type Output = [[f32; LANES]; 3];
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) -> Self::Output {
+        let x = simd.load(&self.0);
+        [x.recip(), x.rsqrt(), x.sqrt_rough()].each(|lanes| {
+            let mut out = [0.0; LANES];
+            lanes.store(&mut out);
+            out
+        })
+    }
+}
+
+#[test]
+fn approximations_are_within_their_bounds() {
+    for isa in Isa::available() {
+        for step in 0..4096_u32 {
+            // Two octaves, as roots differ between odd ones and even ones, and far ones among them.
+            let exponent = [0x3f00_0000, 0x0f00_0000, 0x6f00_0000][step as usize % 3];
+            let lanes = std::array::from_fn(|lane| {
+                f32::from_bits(exponent + (step * 16 + lane as u32) * 256 + step % 251)
+            });
+            let [reciprocals, inverse_roots, roots] = isa.run(Approximations(lanes));
+            for lane in 0..LANES {
+                let x = f64::from(lanes[lane]);
+                let off = |found: f32, exact: f64| (f64::from(found) / exact - 1.0).abs();
+                assert!(off(reciprocals[lane], x.recip()) < 4e-7, "{isa}: 1/{x}");
+                assert!(off(inverse_roots[lane], x.sqrt().recip()) < 4e-7, "{isa}: 1/√{x}");
+                assert!(off(roots[lane], x.sqrt()) < 1e-4, "{isa}: √{x}");
+            }
+        }
+    }
+}
+
 #[test]
 fn sets_are_named() {
     for isa in Isa::available() {

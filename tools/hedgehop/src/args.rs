@@ -179,7 +179,7 @@ pub struct Instructions {
     #[arg(long, value_enum, value_name = "ENGINE", default_value = "planes")]
     pub engine: EngineName,
 
-    /// Vector instructions of scan planes: avx512, avx2 or portable [default: the fastest that this machine has]
+    /// Vector instructions of scan planes: avx512, avx2, neon or portable [default: the fastest that this machine has]
     #[arg(long, value_name = "SET", value_parser = Isa::from_str)]
     pub simd: Option<Isa>,
 }
