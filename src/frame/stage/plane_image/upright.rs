@@ -63,13 +63,14 @@ impl<V: Simd> RolledColumns<V> {
                 break;
             }
             row = (row - one).select(sinks, row);
-            let next = plane_image.across(self.x, row - one);
-            for channel in 0..3 {
-                for index in (1..self.rows.len()).rev() {
-                    self.rows[index][channel] =
-                        self.rows[index - 1][channel].select(sinks, self.rows[index][channel]);
+            // Each row goes one up where a column sinks.
+            let mut arriving = plane_image.across(self.x, row - one);
+            for row in &mut self.rows {
+                for (kept, arriving) in row.iter_mut().zip(&mut arriving) {
+                    let leaving = *kept;
+                    *kept = arriving.select(sinks, leaving);
+                    *arriving = leaving;
                 }
-                self.rows[0][channel] = next[channel].select(sinks, self.rows[0][channel]);
             }
         }
         self.row = Some(row);
