@@ -74,10 +74,10 @@ pub(super) struct VoxelCrossing<'c, 'p, L, V: Simd> {
 
 /// Span that planes meet, and between which shares of their ways through the voxel.
 #[derive(Clone, Copy)]
-struct MetSpan<'s, V: Simd> {
-    span: &'s Span,
-    planes: V::M,
-    shares: [V::F; 2],
+pub(super) struct MetSpan<'s, V: Simd> {
+    pub span: &'s Span,
+    pub planes: V::M,
+    pub shares: [V::F; 2],
 }
 
 /// The walls of a span that are nearest to places.
@@ -118,6 +118,7 @@ impl<L: FacetLight, V: Simd> VoxelCrossing<'_, '_, L, V> {
     /// Looks at the spans of the voxel.
     #[inline(always)]
     pub fn look_at(&mut self, planes: V::M, spans: &[Span]) {
+        let simd = self.simd;
         // Of two above each other the upper is met first from above the plane between them, the lower from below: outward from the eye, as ends that slope go on to it.
         // The steps of `slice::partition_point`, whose closure would be a function of its own without the instruction set. Spans that stand beside
         // each other have no order, so which of them are looked at matters.
@@ -136,22 +137,19 @@ impl<L: FacetLight, V: Simd> VoxelCrossing<'_, '_, L, V> {
             while count < MOST_SORTED
                 && let Some(span) = outward.next()
             {
-                let Some(span) = self.within(planes, span) else { continue };
-                // Halves of a ridge stand beside each other in one voxel: the nearer one comes first, in all planes that cross both.
-                let mut at = count;
-                while at > 0
-                    && let Some(before) = &met[at - 1]
-                    && span.is_nearer(before)
-                {
-                    met[at] = met[at - 1];
-                    at -= 1;
+                if let Some(span) = self.within(planes, span) {
+                    met[count] = Some(span);
+                    count += 1;
                 }
-                met[at] = Some(span);
-                count += 1;
             }
 
-            for span in met[..count].iter().flatten() {
-                self.meet(span);
+            // Halves of a ridge stand beside each other in one voxel: the nearer one comes first.
+            while let Some((index, planes)) = next_of(simd, &met[..count])
+                && let Some(span) = &mut met[index]
+            {
+                span.planes = span.planes & !planes;
+                let span = MetSpan { planes, ..*span };
+                self.meet(&span);
             }
             if count < MOST_SORTED {
                 return;
@@ -520,12 +518,31 @@ struct SlopedEnd<V: Simd> {
     far: V::F,
 }
 
-impl<V: Simd> MetSpan<'_, V> {
-    /// Whether it comes first in a plane that crosses both.
-    #[inline(always)]
-    fn is_nearer(&self, other: &Self) -> bool {
-        (self.planes & other.planes & self.shares[0].lt(other.shares[0])).any()
+/// Finds the span that planes are to meet next, and these planes: each meets what begins nearest, of spans that begin together the first one. `None`: none is
+/// left.
+#[inline(always)]
+pub(super) fn next_of<V: Simd>(simd: V, met: &[Option<MetSpan<'_, V>>]) -> Option<(usize, V::M)> {
+    let mut nearest = simd.splat(f32::INFINITY);
+    for span in met.iter().flatten() {
+        let is_nearer = span.planes & span.shares[0].lt(nearest);
+        nearest = span.shares[0].select(is_nearer, nearest);
     }
+
+    let (mut next, mut others) = (None, simd.mask(u16::MAX));
+    for (index, span) in met.iter().enumerate() {
+        let Some(span) = span else { continue };
+        let planes = span.planes & span.shares[0].le(nearest) & others;
+        others = others & !planes;
+        // Best is a span that all of its planes are to meet now.
+        if planes.any() {
+            if !(span.planes & !planes).any() {
+                return Some((index, planes));
+            }
+            next = next.or(Some((index, planes)));
+        }
+    }
+
+    next
 }
 
 /// Between which tangents an upper end lies above the ground, of which the tangents at its near and at its far end are known: both are linear in inverse

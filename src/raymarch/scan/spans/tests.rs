@@ -7,12 +7,13 @@ use proptest::prelude::*;
 use proptest::sample::select;
 
 use super::coverage::SpanCoverage;
+use super::crossing::{MetSpan, next_of};
 use super::fill::{Fill, Haze, LinearTerm, PlanePassage};
 use super::horizon::FloatingHorizon;
 use super::wedge::Wedge;
 use crate::raymarch::scan::{NO_SLOPE, PlaneGroup, Post, Profile, SampleLine};
 use crate::simd::{Floats, Isa, Kernel, LANES, Mask, Simd, Sixteen};
-use crate::voxel::{BLOCK_SIDE, Grid};
+use crate::voxel::{BLOCK_SIDE, Grid, Span};
 
 const SIDE: i64 = BLOCK_SIDE as i64;
 
@@ -133,6 +134,20 @@ proptest! {
     }
 
     #[test]
+    fn spans_are_met_in_the_order_of_each_plane(
+        begins in vec((any::<u16>(), uniform16(select(vec![0.0_f32, 0.2, 0.2001, 0.7]))), 1..8),
+    ) {
+        for isa in Isa::available() {
+            for (plane, found) in isa.run(Order(&begins)).iter().enumerate() {
+                let mut exact: Vec<usize> =
+                    (0..begins.len()).filter(|index| begins[*index].0 >> plane & 1 != 0).collect();
+                exact.sort_by(|a, b| begins[*a].1[plane].total_cmp(&begins[*b].1[plane]));
+                prop_assert_eq!(found, &exact, "{}, plane {}", isa, plane);
+            }
+        }
+    }
+
+    #[test]
     fn horizons_are_found_as_one_by_one(
         steps in vec((uniform16(-0.3_f32..0.5), 0.1_f32..30.0, 0.0_f32..1.0), 1..30),
         distances in vec(uniform16(0.0_f32..1.0), 12),
@@ -182,6 +197,35 @@ fn crosses_as_one_by_one(scene: &Scene) {
             let more = found.find(|told| !told.is_shorter(2.0 * near));
             assert!(more.is_none(), "{isa}, plane {plane}: {scene:?}: {more:?} is more than there is");
         }
+    }
+}
+
+/// Spans by the planes that cross them and the shares of the way at which they begin there; tells each plane's order.
+struct Order<'a>(&'a [(u16, [f32; LANES])]);
+
+impl Kernel for Order<'_> {
+    type Output = [Vec<usize>; LANES];
+
+    fn run<V: Simd>(self, simd: V) -> Self::Output {
+        let span: Span = bytemuck::Zeroable::zeroed();
+        let met = |(planes, begins): &(u16, [f32; LANES])| {
+            Some(MetSpan::<V> {
+                span: &span,
+                planes: simd.mask(*planes),
+                shares: [simd.load(begins), simd.splat(1.0)],
+            })
+        };
+        let mut met: Vec<_> = self.0.iter().map(met).collect();
+        let mut order = <[Vec<usize>; LANES]>::default();
+        while let Some((index, planes)) = next_of(simd, &met) {
+            if let Some(span) = &mut met[index] {
+                span.planes = span.planes & !planes;
+            }
+            for plane in (0..LANES).filter(|plane| planes.bits() >> plane & 1 != 0) {
+                order[plane].push(index);
+            }
+        }
+        order
     }
 }
 
