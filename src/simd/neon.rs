@@ -163,7 +163,7 @@ fn clamped(index: I, length: usize, width: usize) -> U {
     quarters!(U, vminq_u32, index.unsigned(), same!(U, vdupq_n_u32(last)))
 }
 
-/// What lies at four elements of a table.
+/// Reads values at four elements of a table.
 ///
 /// # Safety
 /// The processor has NEON, and a `T` is there from each of the elements on.

@@ -62,7 +62,7 @@ impl Zip {
 
     /// Compresses the differences into fewer than `limit` bytes; `None` if they take more.
     fn shrunk(&mut self, limit: usize) -> Option<Vec<u8>> {
-        // It stops where this memory ends, which may be more than was asked for.
+        // Compression stops where this memory ends, and a vector may have more than was asked for.
         let mut out = Vec::with_capacity(limit);
         self.deflate.reset();
         let status = self.deflate.compress_vec(&self.differences, &mut out, FlushCompress::Finish);

@@ -96,7 +96,7 @@ impl Depths<'_> {
 pub trait LookUp<V: Simd> {
     /// Place of sixteen pixels in it.
     type Place;
-    /// What is kept from one row of a strip of sixteen columns to the next.
+    /// State of a strip of sixteen columns, from one row to the next.
     type Strip;
 
     /// Begins a strip from `column` (a multiple of sixteen) on, whose rows follow each other downward.

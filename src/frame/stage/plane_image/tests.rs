@@ -15,7 +15,7 @@ fn light(plane: f64, row: f64) -> [f64; 3] {
     [0.0, 1.0, 2.0].map(|phase| 0.5 + 0.2 * (plane / 9.0 + phase).sin() + 0.2 * (row / 11.0 - phase).cos())
 }
 
-/// What pixels of a screen see, row by row downward from a first one, and their planes and rows.
+/// Reads the light of a screen's pixels, row by row downward from a first one, and their planes and rows.
 struct Looking<'u>(&'u Upright, &'u [Cell], usize);
 
 impl Kernel for Looking<'_> {
