@@ -244,7 +244,7 @@ fn strides(renderer: &Renderer<'_>, view: &PlaneView<'_>) -> Result<(Strides, f6
 pub fn footprint(renderer: &Renderer<'_>, view: &PlaneView<'_>) -> Result<PageNeeds> {
     let header = renderer.source.header();
     let (strides, _) = strides(renderer, view)?;
-    let row_table = RowTable::new(view.shape.edges(), view.shape.centres());
+    let row_table = view.shape.row_table();
     let bend = renderer.options.curvature.inverse_diameter;
     let groups: Vec<_> = (0..view.shape.groups())
         .map(|index| (index, view.shape.kept(index)))
@@ -314,8 +314,7 @@ fn see(
     let bare_until = level_bands(header, view.camera, &renderer.options).bare_until();
     let strides = strides.with_bare_ground(bare_until);
     let angle = view.camera.pixel_angle();
-    let row_table = RowTable::new(view.shape.edges(), view.shape.centres());
-    let row_coordinate = view.shape.row_coordinate(&row_table.edges);
+    let row_table = view.shape.row_table();
     let per_task = (farm.task_size_or(SUITABLE).lines as usize / LANES).max(1);
     let bend = renderer.options.curvature.inverse_diameter;
     let atmosphere = renderer.options.atmosphere(header);
@@ -376,7 +375,6 @@ fn see(
                     bare_until,
                     field,
                     row_table,
-                    row_coordinate,
                     kept,
                     scale,
                     air,

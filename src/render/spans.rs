@@ -6,7 +6,7 @@ use super::plane_image::DepthsMut;
 use super::renderer::Renderer;
 use crate::frame::stage::{Cell, Scale, SpanPaint};
 use crate::raymarch::scan::{
-    KeptPlanes, MarchField, PlaneGroup, Profile, RowCoordinate, RowTable, SpanCoverage, SpanMarch, SpanScan,
+    KeptPlanes, MarchField, PlaneGroup, Profile, RowTable, SpanCoverage, SpanMarch, SpanScan,
 };
 use crate::sensor::ShadedFacets;
 use crate::simd::{Isa, LANES};
@@ -30,7 +30,6 @@ pub struct SeenGroup<'s> {
     pub bare_until: f64,
     pub field: MarchField,
     pub row_table: &'s RowTable,
-    pub row_coordinate: RowCoordinate,
     pub kept: &'s KeptPlanes,
     pub scale: Scale,
     pub air: &'s AtmosphereLanes,
@@ -55,18 +54,7 @@ impl<'a> SpanRenderer<'a> {
     /// # Errors
     /// A page that is damaged.
     pub fn put(&mut self, seen: &SeenGroup<'_>, cells: &mut [Cell], depths: DepthsMut<'_>) -> Result<()> {
-        let SeenGroup {
-            group,
-            profile,
-            bare_until,
-            field,
-            row_table,
-            row_coordinate,
-            kept,
-            scale,
-            air,
-            squares,
-        } = *seen;
+        let SeenGroup { group, profile, bare_until, field, row_table, kept, scale, air, squares } = *seen;
         let scan = SpanScan {
             eye: self.eye,
             group,
@@ -74,7 +62,7 @@ impl<'a> SpanRenderer<'a> {
             until: bare_until,
             field,
             row_table,
-            row_coordinate,
+
             first: kept.first,
             rows: kept.filled.len(),
             has_depths: !depths.inverse.is_empty(),

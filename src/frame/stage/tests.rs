@@ -7,7 +7,7 @@ use proptest::prelude::*;
 use super::cell::{Cell, Scale};
 use super::paint::PlaneLight;
 use super::{EdgeSums, RowFill};
-use crate::raymarch::scan::{NO_SLOPE, Post, Profile, RowTable, SampleLine};
+use crate::raymarch::scan::{NO_SLOPE, Post, Profile, RowCoordinate, RowTable, SampleLine};
 use crate::simd::{Ints, Isa, Kernel, LANES, Simd, Sixteen};
 use crate::weather::{Atmosphere, AtmosphereLanes};
 
@@ -32,6 +32,12 @@ impl Kernel for Posts<'_> {
     }
 }
 
+/// A table of any rows; nobody asks for their coordinate.
+fn row_table(edges: Vec<f32>, centres: Vec<f32>) -> RowTable {
+    let coordinate = RowCoordinate::angular(1.0, 0.0, &edges);
+    RowTable::new(edges, centres, coordinate)
+}
+
 /// Linear light of a plane's word.
 fn decode(cell: &Cell, lane: usize) -> [f32; 3] {
     let word = cell.0[lane].to_bits();
@@ -51,7 +57,7 @@ fn fill(
     let above = (1..=BELOW).map(|row| edges[ROWS] + 0.02 * row as f32);
     let all: Vec<f32> = below.chain(edges.iter().copied()).chain(above).collect();
     let centres = all.windows(2).map(|edge| 0.5 * (edge[0] + edge[1])).collect();
-    let row_table = RowTable::new(all, centres);
+    let row_table = row_table(all, centres);
     let mut cells = vec![Cell::default(); ROWS];
     let air = AtmosphereLanes::new(&Atmosphere::new(20_000.0, 0.0), 100.0, 500.0);
     let rows = RowFill { row_table: &row_table, first: BELOW, cells: &mut cells, scale: Scale::ALL, inverse };
@@ -148,7 +154,7 @@ proptest! {
         // Equal steps of elevation, up to 80 degrees and beyond.
         let edge = |row: usize| (bottom + (1.45 - bottom) * row as f32 / rows as f32).tan();
         let edges: Vec<f32> = (0..=rows).map(edge).collect();
-        let row_table = RowTable::new(edges.clone(), vec![0.0; rows]);
+        let row_table = row_table(edges.clone(), vec![0.0; rows]);
         let low = ends.map(|(low, _)| if low < -1.5 { NO_SLOPE } else { low.tan() });
         let high = ends.map(|(low, rise)| if low + rise > 1.5 { -NO_SLOPE } else { (low + rise).tan() });
         for isa in Isa::available() {

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::RowCoordinate;
 use crate::simd::{Floats, Simd};
 
 /// Cells of the index per row.
@@ -20,6 +21,8 @@ pub struct RowTable {
     pub edges: Vec<f32>,
     /// Tangents of the rows' middles.
     pub centres: Vec<f32>,
+    /// Places among the rows by tangents.
+    pub coordinate: RowCoordinate,
     /// 1 / (upper edge − lower edge).
     pub per_row: Vec<f32>,
     /// Least height of a row, as tangent, and as angle, radians; a few outermost ones, which are cut where they touch nadir or
@@ -33,15 +36,23 @@ pub struct RowTable {
 }
 
 impl RowTable {
-    /// Rows between edges, of which there is one more than `centres`.
-    pub fn new(edges: Vec<f32>, centres: Vec<f32>) -> Self {
+    /// Builds the table of rows between edges, of which there is one more than `centres`.
+    pub fn new(edges: Vec<f32>, centres: Vec<f32>, coordinate: RowCoordinate) -> Self {
         let per_row: Vec<f32> = edges.windows(2).map(|edge| 1.0 / (edge[1] - edge[0])).collect();
         let ends = [edges.first(), edges.last()].map(|edge| evenly(edge.copied().unwrap_or(0.0)));
         let cells = CELLS * edges.len();
         let per_unit = cells as f32 / (ends[1] - ends[0]).max(f32::MIN_POSITIVE);
         let least_row = least_row(&per_row, &centres);
-        let mut row_table =
-            Self { edges, centres, per_row, least_row, before: Vec::new(), start: ends[0], per_unit };
+        let mut row_table = Self {
+            edges,
+            centres,
+            coordinate,
+            per_row,
+            least_row,
+            before: Vec::new(),
+            start: ends[0],
+            per_unit,
+        };
         let mut before = vec![0; cells + 2];
         for &edge in &row_table.edges {
             before[(row_table.cell(evenly(edge)) + 1).min(cells + 1)] += 1;

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use glam::DVec3;
 
-use super::{Panorama, PlaneGroup, RowCoordinate, Upright};
+use super::{Panorama, PlaneGroup, RowTable, Upright};
 use crate::raymarch::scan::panorama::MOST_WORDS;
 use crate::simd::{LANES, Sixteen};
 use crate::voxel::Grid;
@@ -47,29 +47,17 @@ impl PlaneArray {
         rows < MOST_WORDS / LANES
     }
 
-    /// Tangents of elevation, times ground distance per depth, of the lower edges of all rows that some group has, rising, and of
-    /// the last one's upper edge.
-    pub fn edges(&self) -> Vec<f32> {
-        match self {
-            Self::Upright(upright) => upright.edges(),
-            Self::Panorama(panorama) => panorama.edges(),
-        }
-    }
-
-    /// The same of their middles.
-    pub fn centres(&self) -> Vec<f32> {
-        match self {
-            Self::Upright(upright) => upright.centres(),
-            Self::Panorama(panorama) => panorama.centres(),
-        }
-    }
-
-    /// Rows by the tangent of elevation; `edges`: those of [`Self::edges`].
-    pub fn row_coordinate(&self, edges: &[f32]) -> RowCoordinate {
-        match self {
-            Self::Upright(upright) => upright.row_coordinate(edges),
-            Self::Panorama(panorama) => panorama.row_coordinate(edges),
-        }
+    /// Builds the table of all rows that some group has, by tangents of elevation times ground distance per depth.
+    pub fn row_table(&self) -> RowTable {
+        let (edges, centres) = match self {
+            Self::Upright(upright) => (upright.edges(), upright.centres()),
+            Self::Panorama(panorama) => (panorama.edges(), panorama.centres()),
+        };
+        let coordinate = match self {
+            Self::Upright(upright) => upright.row_coordinate(&edges),
+            Self::Panorama(panorama) => panorama.row_coordinate(&edges),
+        };
+        RowTable::new(edges, centres, coordinate)
     }
 
     /// Returns the part that is kept of a group.

@@ -127,7 +127,7 @@ impl SpanCoverage {
     ) -> Range<usize> {
         let (zero, count) = (simd.splat(0.0), simd.splat(self.count() as f32));
         let below = low.max(zero).min(count).to_int().least(planes);
-        // What ends within a row needs all of that.
+        // A row in which something ends is one of them.
         let above = (count - high).max(zero).min(count).to_int().least(planes);
         below.max(0) as usize..self.count().saturating_sub(above.max(0) as usize)
     }
@@ -194,7 +194,7 @@ impl SpanCoverage {
         let end = to.mul_add(simd.splat(PARTS), half).to_int();
         let bits = (power(simd, end) - power(simd, begin)) & (all - covered);
 
-        // What is narrower than a part covers it in part.
+        // A stretch that is narrower than a part covers that in part.
         let is_narrow = begin.eq(end);
         let narrow = zero.select(covered.eq(all), to - from);
         let share = narrow.select(is_narrow, ones(simd, bits).to_float() * simd.splat(1.0 / PARTS));
@@ -203,7 +203,7 @@ impl SpanCoverage {
         let hidden = share * opacity;
         let weight = (left * hidden).select(open, zero);
 
-        // Of planes in which it is not open anything may have come out, which no weight makes nothing.
+        // Where the row is not open light and distance may be NaN, which a weight of 0 leaves NaN.
         for (sum, light) in row.light.iter_mut().zip(fill.light) {
             weight.mul_add(light, simd.load(&sum.0)).store_masked(open, &mut sum.0);
         }

@@ -2,14 +2,13 @@
 
 use super::coverage::SpanCoverage;
 use super::fill::{Fill, Haze, LinearTerm, PlanePassage};
+use super::front::Front;
 use super::horizon::FloatingHorizon;
 use super::metric::{FaceDirection, FacetLight, LEAST_DISTANCE, Metric};
+use super::order::{MetSpan, next_of};
 use crate::raymarch::scan::RowCoordinate;
 use crate::simd::{Each, Floats, Ints, LANES, Mask, Simd};
 use crate::voxel::{Cut, PageId, Span};
-
-/// Distance of walls and upper ends of neighbours that are taken for one, sides of a voxel; as the reference has it.
-const SEAM: f32 = Cut::BESIDE as f32;
 
 /// Distance by which a place on a voxel's border may lie beyond a wall along it by rounding, sides of a voxel: what is seen there is the voxel's side and no wall within.
 const BY_ROUNDING: f32 = 1.0e-5;
@@ -35,11 +34,12 @@ pub(super) struct PlaneLanes<V: Simd> {
     pub beside: [V::F; 2],
 }
 
-/// What hides all below it, of each plane.
+/// Floor of each plane, below which all is hidden.
 #[derive(Clone, Copy)]
 pub(super) struct Floor<V: Simd> {
-    /// Tangent, and the rows below it.
+    /// Tangent of elevation.
     pub tangent: V::F,
+    /// Rows below it, from the first one.
     pub rows: V::F,
 }
 
@@ -52,7 +52,7 @@ pub(super) struct VoxelCrossing<'c, 'p, L, V: Simd> {
     pub metric: &'c Metric,
     pub coverage: &'c mut SpanCoverage,
     pub light: &'c mut L,
-    pub row_coordinate: RowCoordinate,
+    pub coordinate: RowCoordinate,
     /// Index of the first row.
     pub first: f32,
     /// Tangents of the middles of rows from there on.
@@ -62,33 +62,16 @@ pub(super) struct VoxelCrossing<'c, 'p, L, V: Simd> {
     pub horizon: &'c FloatingHorizon<'p, V>,
     /// Major distance between the ends, units.
     pub length: V::F,
-    /// Entry and exit of the planes: from the voxel's centre, sides of it; and inverse depths there, 1/metres.
+    /// Places where the planes enter and leave, `[end][axis]`: east and north of the voxel's centre, sides of it.
     pub ends: [[V::F; 2]; 2],
+    /// Inverse depths there, 1/metres.
     pub inverse: [V::F; 2],
-    /// Height of the datum there above the eye, with the Earth's curvature, metres; and about that of all planes.
+    /// Height of the datum halfway above the eye, with the Earth's curvature, metres.
     pub above: V::F,
+    /// The same of one of the planes: within a voxel they differ by less than a step of height.
     pub about: f32,
     /// Place of the eye from the voxel's centre, sides of it.
     pub eye: [f32; 2],
-}
-
-/// Span that planes meet, and between which shares of their ways through the voxel.
-#[derive(Clone, Copy)]
-pub(super) struct MetSpan<'s, V: Simd> {
-    pub span: &'s Span,
-    pub planes: V::M,
-    pub shares: [V::F; 2],
-}
-
-/// The walls of a span that are nearest to places.
-struct NearestWall<V: Simd> {
-    /// Direction that it looks in, 256ths of a turn.
-    facing: V::I,
-    normal: [V::F; 2],
-    /// Distance of the place before the wall, sides of a voxel.
-    before: V::F,
-    /// Beyond it the same thing goes on.
-    is_joint: V::M,
 }
 
 impl<V: Simd> PlaneLanes<V> {
@@ -119,6 +102,7 @@ impl<L: FacetLight, V: Simd> VoxelCrossing<'_, '_, L, V> {
     #[inline(always)]
     pub fn look_at(&mut self, planes: V::M, spans: &[Span]) {
         let simd = self.simd;
+
         // Of two above each other the upper is met first from above the plane between them, the lower from below: outward from the eye, as ends that slope go on to it.
         // The steps of `slice::partition_point`, whose closure would be a function of its own without the instruction set. Spans that stand beside
         // each other have no order, so which of them are looked at matters.
@@ -143,7 +127,7 @@ impl<L: FacetLight, V: Simd> VoxelCrossing<'_, '_, L, V> {
                 }
             }
 
-            // Halves of a ridge stand beside each other in one voxel: the nearer one comes first.
+            // Halves of a ridge stand beside each other in one voxel.
             while let Some((index, planes)) = next_of(simd, &met[..count])
                 && let Some(span) = &mut met[index]
             {
@@ -175,6 +159,7 @@ impl<L: FacetLight, V: Simd> VoxelCrossing<'_, '_, L, V> {
             if !cut.is_wall() {
                 break;
             }
+
             let beyond = self.beyond(cut);
             if index == 0 && span.is(Span::STRIP) {
                 let half = simd.splat(0.5 * f32::from(span.high - span.low.min(span.high)) * scale / spacing);
@@ -212,7 +197,7 @@ impl<L: FacetLight, V: Simd> VoxelCrossing<'_, '_, L, V> {
     /// Numbers of rows below tangents; rows that are hidden do not matter.
     #[inline(always)]
     fn rows(&self, tangents: V::F) -> V::F {
-        let rows = self.row_coordinate.rows_below(self.simd, tangents) - self.simd.splat(self.first);
+        let rows = self.coordinate.rows_below(self.simd, tangents) - self.simd.splat(self.first);
         self.floor.rows.select(tangents.le(self.floor.tangent), rows)
     }
 
@@ -241,8 +226,8 @@ impl<L: FacetLight, V: Simd> VoxelCrossing<'_, '_, L, V> {
         let top = simd.splat(scale * f32::from(span.high)) + self.above;
         let slope = span.slopes();
         let is_sloped = span.slope != [0; 2];
-        let metric = slope.each(|slope| slope * spacing);
-        let rise = if is_sloped { [self.dot(metric, at[0]), self.dot(metric, at[1])] } else { [zero; 2] };
+        let gradient = slope.each(|slope| slope * spacing);
+        let rise = if is_sloped { [self.dot(gradient, at[0]), self.dot(gradient, at[1])] } else { [zero; 2] };
         let [top_near, top_far] = [(top + rise[0]) * inverse[0], (top + rise[1]) * inverse[1]];
         let highest = top_near.max(top_far);
         let hangs = span.low != Span::GROUND;
@@ -302,14 +287,14 @@ impl<L: FacetLight, V: Simd> VoxelCrossing<'_, '_, L, V> {
             let (light, (linear, across)) = match face {
                 0 => (self.front_light(span, seen, &front), (level, front.across)),
                 1 => {
-                    let end = SlopedEnd { height: top, slope: metric, rise, far: top_far };
+                    let end = SlopedEnd { height: top, slope: gradient, rise, far: top_far };
                     (
                         self.face_light(span, FaceDirection::Top(span.slope)),
                         self.along(&end, is_top_seen, depth, inverse, front.across),
                     )
                 }
                 _ => {
-                    let slope = if span.is(Span::PARALLEL) { metric } else { [0.0; 2] };
+                    let slope = if span.is(Span::PARALLEL) { gradient } else { [0.0; 2] };
                     let end = SlopedEnd { height: low_end, slope, rise: low_rise, far: low_far };
                     (
                         self.face_light(span, FaceDirection::Bottom),
@@ -363,8 +348,9 @@ impl<L: FacetLight, V: Simd> VoxelCrossing<'_, '_, L, V> {
         light
     }
 
-    /// How inverse depth goes along an end of a span: linear in the tangent, by as much as the end lies above the eye where it goes on to it; and the
-    /// rise to the next plane. Where the end is not seen, as on the front.
+    /// Finds inverse depth along an end of a span, and its rise to the next plane; where the end is not seen, those of the front.
+    ///
+    /// It is linear in the tangent, by as much as the end lies above the eye where it goes on to it.
     #[inline(always)]
     fn along(
         &self,
@@ -398,112 +384,11 @@ impl<L: FacetLight, V: Simd> VoxelCrossing<'_, '_, L, V> {
         (term, across)
     }
 
-    /// The walls of a span that places within are nearest to: those that they lie on, if they lie on one. `None`: it has none.
+    /// Scalar products of a vector and places.
     #[inline(always)]
-    fn nearest_wall(&self, span: &Span, at: [V::F; 2]) -> Option<NearestWall<V>> {
-        let simd = self.simd;
-        let mut nearest: Option<NearestWall<V>> = None;
-        for (index, cut) in span.cuts.iter().enumerate() {
-            if !cut.is_wall() {
-                break;
-            }
-            let normal = self.metric.directions[usize::from(cut.facing)];
-            let before = simd.splat(cut.distance()) - self.dot(normal, at);
-            let normal = normal.each(|part| simd.splat(part));
-            let facing = simd.splat_int(i32::from(cut.facing));
-            let is_joint = simd.mask(if span.is_joined(index) { u16::MAX } else { 0 });
-            nearest = Some(match nearest {
-                None => NearestWall { facing, normal, before, is_joint },
-                Some(other) => {
-                    let nearer = before.lt(other.before);
-                    NearestWall {
-                        facing: facing.select(nearer, other.facing),
-                        normal: [
-                            normal[0].select(nearer, other.normal[0]),
-                            normal[1].select(nearer, other.normal[1]),
-                        ],
-                        before: before.min(other.before),
-                        is_joint: (is_joint & nearer) | (other.is_joint & !nearer),
-                    }
-                }
-            });
-        }
-        nearest
-    }
-
-    /// The front of a span that begins at shares of the way, at places from the voxel's centre, seen at depths.
-    #[inline(always)]
-    fn front(&self, span: &Span, at: [V::F; 2], share: V::F, inverse: V::F, depth: V::F) -> Front<V> {
-        let simd = self.simd;
-        let (zero, seam) = (simd.splat(0.0), simd.splat(SEAM));
-        let wall = self.nearest_wall(span, at);
-
-        // Of the voxel's sides the one that the plane enters through.
-        let [east, north] = at;
-        let through_east = north.abs().le(east.abs());
-        let sides = [0, 128, 64, 192].each(|facing| simd.splat_int(facing));
-        let side = sides[0].select(zero.lt(east), sides[1]);
-        let side = side.select(through_east, sides[2].select(zero.lt(north), sides[3]));
-
-        let (facing, seam) = if span.cuts[0].is_round() {
-            (simd.splat_int(i32::from(span.cuts[0].facing)), seam)
-        } else if let Some(wall) = &wall {
-            // On a wall, or beside one.
-            let is_on = zero.lt(share);
-            let facing = wall.facing.select(is_on | wall.before.lt(seam), side);
-            (facing, zero.select(is_on & !wall.is_joint, seam))
-        } else {
-            (side, seam)
-        };
-
-        let across = if self.coverage.has_depths() {
-            inverse * self.turning(wall.as_ref(), share, at, depth)
-        } else {
-            zero
-        };
-        Front { facing, seam, across }
-    }
-
-    /// Returns the share of itself by which the inverse depth of a span's front, which is seen at a depth, rises to the next plane.
-    ///
-    /// A wall goes on in the next voxel. A side of a voxel may end with it: half of the way to the next plane is to end there, too.
-    #[inline(always)]
-    fn turning(&self, wall: Option<&NearestWall<V>>, share: V::F, at: [V::F; 2], depth: V::F) -> V::F {
-        let simd = self.simd;
-        let (zero, half, one) = (simd.splat(0.0), simd.splat(0.5), simd.splat(1.0));
-        let PlaneLanes { ahead, beside, .. } = *self.lanes;
-        let through_east = at[1].abs().le(at[0].abs());
-        let through = [ahead, beside].each(|way| way[0].select(through_east, way[1]));
-        let along = [ahead, beside].each(|way| way[1].select(through_east, way[0]));
-        let turning = finite::<V>(simd, through[1] / through[0]);
-        let step = depth * turning.neg_mul_add(along[0], along[1]);
-        let room = (half - at[1].select(through_east, at[0]).abs()).max(zero);
-        let side = turning * ((room + room) / step.abs()).min(one);
-
-        match wall {
-            Some(NearestWall { normal, .. }) => {
-                let [ahead, beside] =
-                    [ahead, beside].each(|way| normal[0].mul_add(way[0], normal[1] * way[1]));
-                finite::<V>(simd, beside / ahead).select(zero.lt(share), side)
-            }
-            None => side,
-        }
-    }
-
-    #[inline(always)]
-    fn dot(&self, [east, north]: [f32; 2], at: [V::F; 2]) -> V::F {
+    pub(super) fn dot(&self, [east, north]: [f32; 2], at: [V::F; 2]) -> V::F {
         at[0].mul_add(self.simd.splat(east), at[1] * self.simd.splat(north))
     }
-}
-
-/// The front of a span.
-struct Front<V: Simd> {
-    /// Direction that it looks in, 256ths of a turn.
-    facing: V::I,
-    /// How much of it below its upper rim is lit as the upper end, sides of a voxel.
-    seam: V::F,
-    /// Rise of its inverse depth to the next plane, 1/metres.
-    across: V::F,
 }
 
 /// Upper or lower end of a span.
@@ -516,33 +401,6 @@ struct SlopedEnd<V: Simd> {
     rise: [V::F; 2],
     /// Tangent where they leave.
     far: V::F,
-}
-
-/// Finds the span that planes are to meet next, and these planes: each meets what begins nearest, of spans that begin together the first one. `None`: none is
-/// left.
-#[inline(always)]
-pub(super) fn next_of<V: Simd>(simd: V, met: &[Option<MetSpan<'_, V>>]) -> Option<(usize, V::M)> {
-    let mut nearest = simd.splat(f32::INFINITY);
-    for span in met.iter().flatten() {
-        let is_nearer = span.planes & span.shares[0].lt(nearest);
-        nearest = span.shares[0].select(is_nearer, nearest);
-    }
-
-    let (mut next, mut others) = (None, simd.mask(u16::MAX));
-    for (index, span) in met.iter().enumerate() {
-        let Some(span) = span else { continue };
-        let planes = span.planes & span.shares[0].le(nearest) & others;
-        others = others & !planes;
-        // Best is a span that all of its planes are to meet now.
-        if planes.any() {
-            if !(span.planes & !planes).any() {
-                return Some((index, planes));
-            }
-            next = next.or(Some((index, planes)));
-        }
-    }
-
-    next
 }
 
 /// Between which tangents an upper end lies above the ground, of which the tangents at its near and at its far end are known: both are linear in inverse
@@ -562,10 +420,4 @@ fn above_ground<V: Simd>(simd: V, [near, far]: [V::F; 2], horizon: [V::F; 2]) ->
 #[inline(always)]
 fn mix<V: Simd>([near, far]: [V::F; 2], share: V::F) -> V::F {
     (far - near).mul_add(share, near)
-}
-
-/// Values that are finite, 0 for others.
-#[inline(always)]
-fn finite<V: Simd>(simd: V, value: V::F) -> V::F {
-    value.select(value.abs().lt(simd.splat(f32::INFINITY)), simd.splat(0.0))
 }

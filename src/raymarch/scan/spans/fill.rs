@@ -1,4 +1,4 @@
-//! What fills rows of sixteen planes: the light of one face of a span, how far away it is, and how much it hides.
+//! Fill of rows of sixteen planes: the light of one face of a span, how far away it is, and how much it hides.
 
 use crate::simd::{Each, Floats, Simd, math};
 
@@ -61,7 +61,7 @@ impl<V: Simd> Fill<V> {
         (tangents - tangent).mul_add(slope, value).max(least).min(most)
     }
 
-    /// How these inverse depths go on: to the next plane, and for each unit of the tangent.
+    /// Tilts of these inverse depths: to the next plane, and for each unit of the tangent.
     #[inline(always)]
     pub fn tilts_at(&self, simd: V, inverse: V::F) -> [V::F; 2] {
         let goes_on = inverse.lt(self.bounds[1]);

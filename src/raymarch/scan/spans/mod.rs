@@ -17,15 +17,17 @@
 //! rows that are still open, is how voxel landscapes with overhangs were drawn before (K. Silverman's Voxlap engine, 2000); here
 //! spans have planes for ends and walls, and cover shares of rows.
 //!
-//! Lanes are planes throughout. Neighbours soon see other voxels, but in a wood twelve of them cross a block and five a voxel on
-//! average; and whatever is the same for all, such as walls and light, is found once.
+//! Lanes are planes throughout. Neighbours soon see other voxels, but in the demo's valley twelve of them cross a block and five a
+//! voxel on average; and whatever is the same for all, such as walls and light, is found once.
 
 mod coverage;
 mod crossing;
 mod fill;
+mod front;
 mod horizon;
 mod metric;
-mod wedge;
+mod order;
+mod packet;
 
 #[cfg(test)]
 mod tests;
@@ -37,8 +39,8 @@ use self::crossing::{Floor, PlaneLanes, VoxelCrossing};
 use self::horizon::FloatingHorizon;
 use self::metric::Metric;
 pub use self::metric::{FaceDirection, FacetLight};
-use self::wedge::{BlockPassage, Wedge};
-use super::{MarchField, PlaneGroup, Profile, RowCoordinate, RowTable};
+use self::packet::{BlockPassage, PlanePacket};
+use super::{MarchField, PlaneGroup, Profile, RowTable};
 use crate::raymarch::blocks::{Blocks, corner_on_page};
 use crate::simd::{Floats, Isa, Kernel, LANES, Mask, Simd};
 use crate::voxel::{BLOCK_SIDE, Cut, Grid, PageId, PageSource, Span, SpanBlock, SpansView};
@@ -59,8 +61,6 @@ pub struct SpanScan<'f> {
     pub field: MarchField,
     /// Rows, and which of them are filled.
     pub row_table: &'f RowTable,
-    /// Their places.
-    pub row_coordinate: RowCoordinate,
     /// Index of the first one.
     pub first: usize,
     /// Number of rows.
@@ -77,7 +77,7 @@ pub struct SpanMarch<'a> {
 }
 
 impl<'a> SpanMarch<'a> {
-    /// Over `source`.
+    /// Builds the march over `source`.
     pub fn new(source: &'a dyn PageSource) -> Self {
         let header = source.header();
         let (grid, code) = (header.grid, header.heights);
@@ -91,7 +91,7 @@ impl<'a> SpanMarch<'a> {
         Self { grid, metric, blocks: Blocks::new(source) }
     }
 
-    /// Finds what of it sixteen planes see.
+    /// Finds the spans that sixteen planes see.
     ///
     /// # Errors
     /// A page that is damaged.
@@ -128,13 +128,13 @@ impl<L: FacetLight> Kernel for Following<'_, '_, L> {
         let lanes = plane_lanes(simd, scan, &march.metric);
         let lowest = scan.field.tangents[0];
         let floor = Floor { tangent: simd.splat(lowest), rows: simd.splat(0.0) };
-        let mut planes = Planes { march, scan, light, coverage, lanes, floor };
+        let mut walk = PacketWalk { march, scan, light, coverage, lanes, floor };
 
         // Few groups have planes of both senses: those about an axis.
         for upward in [true, false] {
-            let wedge = Wedge::new(simd, scan.group, &planes.march.grid, eye, scan.until, upward);
-            if let Some(wedge) = wedge {
-                planes.follow(simd, wedge)?;
+            let packet = PlanePacket::new(simd, scan.group, &walk.march.grid, eye, scan.until, upward);
+            if let Some(packet) = packet {
+                walk.follow(simd, packet)?;
             }
         }
 
@@ -142,7 +142,7 @@ impl<L: FacetLight> Kernel for Following<'_, '_, L> {
     }
 }
 
-/// Lanes of a group of planes.
+/// Puts a group of planes into lanes.
 #[inline(always)]
 fn plane_lanes<V: Simd>(simd: V, scan: &SpanScan<'_>, metric: &Metric) -> PlaneLanes<V> {
     let group = scan.group;
@@ -170,8 +170,8 @@ fn plane_lanes<V: Simd>(simd: V, scan: &SpanScan<'_>, metric: &Metric) -> PlaneL
     }
 }
 
-/// Planes on their way.
-struct Planes<'f, 'a, L, V: Simd> {
+/// Packet of planes on its way through what stands.
+struct PacketWalk<'f, 'a, L, V: Simd> {
     march: &'f mut SpanMarch<'a>,
     scan: &'f SpanScan<'f>,
     light: &'f mut L,
@@ -181,17 +181,18 @@ struct Planes<'f, 'a, L, V: Simd> {
     floor: Floor<V>,
 }
 
-impl<L: FacetLight, V: Simd> Planes<'_, '_, L, V> {
+impl<L: FacetLight, V: Simd> PacketWalk<'_, '_, L, V> {
+    /// Follows planes outward.
     #[inline(always)]
-    fn follow(&mut self, simd: V, mut wedge: Wedge<'_, V>) -> Result<()> {
+    fn follow(&mut self, simd: V, mut packet: PlanePacket<'_, V>) -> Result<()> {
         let mut at_column = FloatingHorizon::new(simd, self.scan.profile, self.scan.field.tangents[0]);
 
-        for number in wedge.columns() {
-            let column = wedge.column(simd, number);
-            at_column.advance(simd, wedge.planes, self.lanes.inverse(simd, simd.splat(column.start as f32)));
+        for number in packet.columns() {
+            let column = packet.column(simd, number);
+            at_column.advance(simd, packet.planes, self.lanes.inverse(simd, simd.splat(column.start as f32)));
 
-            for row in wedge.rows(simd, &column) {
-                let Some(block) = wedge.block(simd, &column, row) else { continue };
+            for row in packet.rows(simd, &column) {
+                let Some(block) = packet.block(simd, &column, row) else { continue };
                 let (page, view) = self.march.blocks.page(block.cell)?;
                 let [x, y] = corner_on_page(block.cell);
                 let reach = view.block(x, y);
@@ -205,13 +206,13 @@ impl<L: FacetLight, V: Simd> Planes<'_, '_, L, V> {
                 if self.is_hidden(simd, &reach, &block, horizon.at(simd, block.planes, entry)) {
                     continue;
                 }
-                self.cross_block(simd, page, &view, &wedge, &block, horizon);
+                self.cross_block(simd, page, &view, &packet, &block, horizon);
             }
 
             // Planes of which all rows are hidden have ended.
             let rows = simd.splat(self.coverage.count() as f32);
-            wedge.planes = wedge.planes & self.floor.rows.lt(rows);
-            if !wedge.planes.any() {
+            packet.planes = packet.planes & self.floor.rows.lt(rows);
+            if !packet.planes.any() {
                 break;
             }
         }
@@ -247,8 +248,8 @@ impl<L: FacetLight, V: Simd> Planes<'_, '_, L, V> {
     /// Finds below which tangents all is hidden in some planes, behind ground with these horizons.
     #[inline(always)]
     fn raise_floor(&mut self, simd: V, planes: V::M, horizon: V::F) {
-        let SpanScan { row_table, first, ref row_coordinate, .. } = *self.scan;
-        let rows = row_coordinate.rows_below(simd, horizon) - simd.splat(first as f32);
+        let SpanScan { row_table, first, .. } = *self.scan;
+        let rows = row_table.coordinate.rows_below(simd, horizon) - simd.splat(first as f32);
         let is_higher = planes & self.floor.tangent.lt(horizon);
         let hidden = self.floor.rows.max(rows).select(is_higher, self.floor.rows);
         let (mut rows, mut tangents) = ([0.0; LANES], [0.0; LANES]);
@@ -275,11 +276,11 @@ impl<L: FacetLight, V: Simd> Planes<'_, '_, L, V> {
         simd: V,
         page: PageId,
         view: &SpansView<'_>,
-        wedge: &Wedge<'_, V>,
+        packet: &PlanePacket<'_, V>,
         block: &BlockPassage<V>,
         mut horizon: FloatingHorizon<'_, V>,
     ) {
-        let SpanScan { row_table, row_coordinate, first, .. } = *self.scan;
+        let SpanScan { row_table, first, .. } = *self.scan;
         let corner = corner_on_page(block.cell);
         let (zero, half) = (simd.splat(0.0), simd.splat(0.5));
         let lanes = self.lanes;
@@ -293,18 +294,18 @@ impl<L: FacetLight, V: Simd> Planes<'_, '_, L, V> {
         let base = zero - lanes.datum((from + to) * half) * per_code;
         let falls = per_unit.lt(zero);
 
-        for number in wedge.voxel_columns(simd, block) {
-            let column = wedge.voxel_column(simd, block, number);
+        for number in packet.voxel_columns(simd, block) {
+            let column = packet.voxel_column(simd, block, number);
             let start = simd.splat((block.start + f64::from(number)) as f32);
             horizon.advance(simd, block.planes, lanes.inverse(simd, start));
 
             for up in column.voxels.clone() {
-                let place = wedge.place(number, up);
+                let place = packet.place(number, up);
                 let top = stands.tops()[place];
                 if top == 0.0 {
                     continue;
                 }
-                let Some(voxel) = wedge.voxel(simd, block, &column, up) else { continue };
+                let Some(voxel) = packet.voxel(simd, block, &column, up) else { continue };
 
                 // Whichever end it is deeper hidden at has the last word.
                 let end = voxel.distances[1].select(falls, voxel.distances[0]);
@@ -326,18 +327,18 @@ impl<L: FacetLight, V: Simd> Planes<'_, '_, L, V> {
                     metric,
                     coverage: &mut *self.coverage,
                     light: &mut *self.light,
-                    row_coordinate,
+                    coordinate: row_table.coordinate,
                     first: first as f32,
                     centres: &row_table.centres[first..],
                     lanes: &lanes,
                     floor: self.floor,
                     horizon: &horizon,
                     length: voxel.distances[1] - voxel.distances[0],
-                    ends: wedge.ends(simd, block, &voxel, [number, up]),
+                    ends: packet.ends(simd, block, &voxel, [number, up]),
                     inverse,
                     above,
                     about: heights[planes.bits().trailing_zeros() as usize],
-                    eye: wedge.eye_from(block, [number, up]),
+                    eye: packet.eye_from(block, [number, up]),
                 };
                 crossing.look_at(planes, stands.at(place));
             }

@@ -7,10 +7,10 @@ use proptest::prelude::*;
 use proptest::sample::select;
 
 use super::coverage::SpanCoverage;
-use super::crossing::{MetSpan, next_of};
 use super::fill::{Fill, Haze, LinearTerm, PlanePassage};
 use super::horizon::FloatingHorizon;
-use super::wedge::Wedge;
+use super::order::{MetSpan, next_of};
+use super::packet::{BlockPassage, PlanePacket, VoxelPassage};
 use crate::raymarch::scan::{NO_SLOPE, PlaneGroup, Post, Profile, SampleLine};
 use crate::simd::{Floats, Isa, Kernel, LANES, Mask, Simd, Sixteen};
 use crate::voxel::{BLOCK_SIDE, Grid, Span};
@@ -89,39 +89,52 @@ impl Kernel for Following<'_> {
     fn run<V: Simd>(self, simd: V) -> Self::Output {
         let Scene { grid, eye, group, until } = self.0;
         let mut crossed = <[Vec<Crossed>; LANES]>::default();
+        let lanes = |values: V::F| {
+            let mut lanes = [0.0; LANES];
+            values.store(&mut lanes);
+            lanes
+        };
+
         for upward in [true, false] {
-            let wedge = Wedge::new(simd, group, grid, eye.to_array(), *until, upward);
-            let Some(wedge) = wedge else { continue };
-            for column in wedge.columns().map(|number| wedge.column(simd, number)) {
-                for block in wedge.rows(simd, &column).filter_map(|row| wedge.block(simd, &column, row)) {
-                    for number in wedge.voxel_columns(simd, &block) {
-                        let voxels = wedge.voxel_column(simd, &block, number);
-                        for up in voxels.voxels.clone() {
-                            let Some(voxel) = wedge.voxel(simd, &block, &voxels, up) else { continue };
-                            let place = wedge.place(number, up) as i64;
-                            let at =
-                                [block.cell[0] * SIDE + place % SIDE, block.cell[1] * SIDE + place / SIDE];
-                            let ends = wedge.ends(simd, &block, &voxel, [number, up]);
-                            let lanes = |values: V::F| {
-                                let mut lanes = [0.0; LANES];
-                                values.store(&mut lanes);
-                                lanes
-                            };
-                            let (distances, ends) =
-                                (voxel.distances.map(lanes), ends.map(|end| end.map(lanes)));
-                            for plane in (0..LANES).filter(|plane| voxel.planes.bits() >> plane & 1 != 0) {
-                                crossed[plane].push(Crossed {
-                                    voxel: at,
-                                    distances: distances.map(|at| f64::from(at[plane])),
-                                    ends: ends.map(|end| end.map(|axis| axis[plane])),
-                                });
-                            }
-                        }
+            let packet = PlanePacket::new(simd, group, grid, eye.to_array(), *until, upward);
+            let Some(packet) = packet else { continue };
+            each_voxel(simd, &packet, |block, at, voxel| {
+                let place = packet.place(at[0], at[1]) as i64;
+                let place = [place % SIDE, place / SIDE];
+                let ends = packet.ends(simd, block, voxel, at).map(|end| end.map(lanes));
+                let distances = voxel.distances.map(lanes);
+
+                for plane in (0..LANES).filter(|plane| voxel.planes.bits() >> plane & 1 != 0) {
+                    crossed[plane].push(Crossed {
+                        voxel: [0, 1].map(|axis| block.cell[axis] * SIDE + place[axis]),
+                        distances: distances.map(|at| f64::from(at[plane])),
+                        ends: ends.map(|end| end.map(|axis| axis[plane])),
+                    });
+                }
+            });
+        }
+
+        crossed
+    }
+}
+
+/// Shows each voxel that some plane of a packet crosses, with its block, and its column and place there.
+fn each_voxel<V: Simd>(
+    simd: V,
+    packet: &PlanePacket<'_, V>,
+    mut see: impl FnMut(&BlockPassage<V>, [i32; 2], &VoxelPassage<V>),
+) {
+    for column in packet.columns().map(|number| packet.column(simd, number)) {
+        for block in packet.rows(simd, &column).filter_map(|row| packet.block(simd, &column, row)) {
+            for number in packet.voxel_columns(simd, &block) {
+                let voxels = packet.voxel_column(simd, &block, number);
+                for up in voxels.voxels.clone() {
+                    if let Some(voxel) = packet.voxel(simd, &block, &voxels, up) {
+                        see(&block, [number, up], &voxel);
                     }
                 }
             }
         }
-        crossed
     }
 }
 

@@ -1,4 +1,4 @@
-//! Neighbouring planes on their way through blocks and voxels.
+//! Packets of planes on their way through blocks and voxels (ray packets: Wald et al., 2001).
 //!
 //! All planes of a group cross the borders between columns of voxels, across the axis that they mostly run along, at the same major
 //! distances; in between each climbs by so many voxels along the other axis. Planes that climb in the same sense pass
@@ -31,8 +31,8 @@ const ROUNDING: f64 = 0.05;
 
 /// Planes of a group that climb in the same sense.
 #[derive(Clone, Copy)]
-pub(super) struct Wedge<'g, V: Simd> {
-    /// The planes.
+pub(super) struct PlanePacket<'g, V: Simd> {
+    /// Planes that are followed.
     pub planes: V::M,
     group: &'g PlaneGroup,
     /// Eye along the major axis and along the other one, units.
@@ -95,8 +95,8 @@ pub(super) struct VoxelPassage<V: Simd> {
     pub distances: [V::F; 2],
 }
 
-impl<'g, V: Simd> Wedge<'g, V> {
-    /// Those of a group from `eye` (units) that climb upward or downward, up to a major distance; `None` where there are none.
+impl<'g, V: Simd> PlanePacket<'g, V> {
+    /// Gathers the planes of a group from `eye` (units) that climb upward or downward, up to a major distance; `None` where there are none.
     #[inline(always)]
     pub fn new(
         simd: V,
@@ -133,7 +133,7 @@ impl<'g, V: Simd> Wedge<'g, V> {
         })
     }
 
-    /// The columns of blocks that they cross, outward: one after the other, by numbers for [`Self::column`].
+    /// Counts the columns of blocks that they cross, outward: numbers for [`Self::column`].
     #[inline(always)]
     pub fn columns(&self) -> Range<i64> {
         let [first, last] = self.extent.each(|distance| {
@@ -168,7 +168,6 @@ impl<'g, V: Simd> Wedge<'g, V> {
     #[inline(always)]
     pub fn rows(&self, simd: V, column: &BlockColumn<V>) -> impl Iterator<Item = i64> + use<V> {
         let planes = self.planes & column.over[0].lt(column.over[1]);
-        let some = i64::from(planes.any());
         let far = simd.splat(f32::INFINITY);
 
         // Places over one that is near them all: single precision tells those apart.
@@ -187,7 +186,8 @@ impl<'g, V: Simd> Wedge<'g, V> {
         let [least, most] = [first.min(last).max(0), first.max(last).min(self.last[1])];
         let is_upward = self.sense > 0.0;
 
-        (0..(most - least + 1) * some).map(move |step| if is_upward { least + step } else { most - step })
+        let count = if planes.any() { most - least + 1 } else { 0 };
+        (0..count).map(move |step| if is_upward { least + step } else { most - step })
     }
 
     /// The planes that cross a block of a column; `None` where none does.
@@ -218,7 +218,7 @@ impl<'g, V: Simd> Wedge<'g, V> {
         [over[0].max(low), over[1].min(high)]
     }
 
-    /// The columns of voxels of a block that planes cross, by numbers for [`Self::voxel_column`].
+    /// Counts the columns of voxels of a block that planes cross: numbers for [`Self::voxel_column`].
     #[inline(always)]
     pub fn voxel_columns(&self, simd: V, block: &BlockPassage<V>) -> Range<i32> {
         let (far, zero) = (simd.splat(f32::INFINITY), simd.splat(0.0));
@@ -281,9 +281,8 @@ impl<'g, V: Simd> Wedge<'g, V> {
     ) -> [[V::F; 2]; 2] {
         let centre = [column, up].each(|number| simd.splat(number as f32 + 0.5));
         let senses = [self.group.forward, self.sense].each(|sense| simd.splat(sense as f32));
-        let height = self.climb;
         voxel.over.each(|along| {
-            let across = height.mul_add(along, block.height);
+            let across = self.climb.mul_add(along, block.height);
             turned_to(self.group.major, [(along - centre[0]) * senses[0], (across - centre[1]) * senses[1]])
         })
     }
@@ -308,7 +307,7 @@ impl<V: Simd> BlockPassage<V> {
     }
 }
 
-/// Both axes, the major one first; and back.
+/// Turns two axes so that the major one is first, and back.
 #[inline(always)]
 fn turned_to<T: Copy>(major: usize, [x, y]: [T; 2]) -> [T; 2] {
     if major == 0 { [x, y] } else { [y, x] }
