@@ -2,10 +2,11 @@
 
 use super::coverage::SpanCoverage;
 use super::fill::{Fill, Haze, LinearTerm, PlanePassage};
-use super::front::Front;
+use super::front::{Front, FrontPlace};
 use super::horizon::FloatingHorizon;
-use super::metric::{FaceDirection, FacetLight, LEAST_DISTANCE, Metric};
+use super::metric::{FaceDirection, FacetLight, Metric, dot};
 use super::order::{MetSpan, next_of};
+use super::plane_lanes::PlaneLanes;
 use crate::raymarch::scan::RowCoordinate;
 use crate::simd::{Each, Floats, Ints, LANES, Mask, Simd};
 use crate::voxel::{Cut, PageId, Span};
@@ -15,24 +16,6 @@ const BY_ROUNDING: f32 = 1.0e-5;
 
 /// Spans of a voxel that are put in order together.
 const MOST_SORTED: usize = 16;
-
-/// Planes as the voxels that they cross see them.
-#[derive(Clone, Copy)]
-pub(super) struct PlaneLanes<V: Simd> {
-    /// Metres of depth per unit of major distance.
-    pub depth: V::F,
-    /// Curvature's drop per squared unit of major distance, metres.
-    pub drop: V::F,
-    /// Height of the datum above the eye, metres.
-    pub datum: V::F,
-    /// Sides of a voxel along the ground per unit of major distance.
-    pub ground: V::F,
-    /// Depth per distance along the ground.
-    pub level: V::F,
-    /// Sides of a voxel eastward and northward per metre of depth, and by how much that changes to the next plane.
-    pub ahead: [V::F; 2],
-    pub beside: [V::F; 2],
-}
 
 /// Floor of each plane, below which all is hidden.
 #[derive(Clone, Copy)]
@@ -72,20 +55,6 @@ pub(super) struct VoxelCrossing<'c, 'p, L, V: Simd> {
     pub about: f32,
     /// Place of the eye from the voxel's centre, sides of it.
     pub eye: [f32; 2],
-}
-
-impl<V: Simd> PlaneLanes<V> {
-    /// Inverse depths at major distances, 1/metres.
-    #[inline(always)]
-    pub fn inverse(&self, simd: V, distance: V::F) -> V::F {
-        (self.depth * distance.max(simd.splat(LEAST_DISTANCE as f32))).recip()
-    }
-
-    /// Heights of the datum above the eye at major distances, with the Earth's curvature, metres.
-    #[inline(always)]
-    pub fn datum(&self, distance: V::F) -> V::F {
-        (self.drop * distance).neg_mul_add(distance, self.datum)
-    }
 }
 
 impl<L: FacetLight, V: Simd> VoxelCrossing<'_, '_, L, V> {
@@ -180,7 +149,7 @@ impl<L: FacetLight, V: Simd> VoxelCrossing<'_, '_, L, V> {
         let normal = self.metric.directions[usize::from(cut.facing)];
         let distance = self.simd.splat(cut.distance() + BY_ROUNDING);
         let [near, far] = self.ends;
-        [self.dot(normal, near) - distance, self.dot(normal, far) - distance]
+        [dot(self.simd, normal, near) - distance, dot(self.simd, normal, far) - distance]
     }
 
     /// Clips ranges of shares to where `beyond`, linear from share 0 to 1, is not positive. Returns those of `planes` of which something is left.
@@ -227,7 +196,8 @@ impl<L: FacetLight, V: Simd> VoxelCrossing<'_, '_, L, V> {
         let slope = span.slopes();
         let is_sloped = span.slope != [0; 2];
         let gradient = slope.each(|slope| slope * spacing);
-        let rise = if is_sloped { [self.dot(gradient, at[0]), self.dot(gradient, at[1])] } else { [zero; 2] };
+        let rise =
+            if is_sloped { [dot(simd, gradient, at[0]), dot(simd, gradient, at[1])] } else { [zero; 2] };
         let [top_near, top_far] = [(top + rise[0]) * inverse[0], (top + rise[1]) * inverse[1]];
         let highest = top_near.max(top_far);
         let hangs = span.low != Span::GROUND;
@@ -245,7 +215,9 @@ impl<L: FacetLight, V: Simd> VoxelCrossing<'_, '_, L, V> {
 
         let horizon = self.horizon.at(simd, planes, inverse[0]);
         let [low_near, low_far] = if hangs { lows } else { [horizon; 2] };
-        let front = self.front(span, at[0], shares[0], inverse[0], depth[0]);
+        let place = FrontPlace { at: at[0], share: shares[0], inverse: inverse[0], depth: depth[0] };
+        let has_depths = self.coverage.has_depths();
+        let front = Front::of(simd, self.metric, span, &place, has_depths.then_some(self.lanes));
 
         // The rim of the front that is lit as the upper end is.
         let rim = (front.seam * simd.splat(spacing)).neg_mul_add(inverse[0], top_near);
@@ -370,7 +342,7 @@ impl<L: FacetLight, V: Simd> VoxelCrossing<'_, '_, L, V> {
         let goes_on = is_seen & (at_eye.lt(zero) | zero.lt(at_eye));
         let per_tangent = self.simd.splat(1.0) / at_eye;
         let across = if self.coverage.has_depths() {
-            let across = zero - self.dot(slope, self.lanes.beside) * per_tangent;
+            let across = zero - dot(self.simd, slope, self.lanes.beside) * per_tangent;
             across.select(goes_on, front)
         } else {
             front
@@ -382,12 +354,6 @@ impl<L: FacetLight, V: Simd> VoxelCrossing<'_, '_, L, V> {
             slope: per_tangent.select(goes_on, zero),
         };
         (term, across)
-    }
-
-    /// Scalar products of a vector and places.
-    #[inline(always)]
-    pub(super) fn dot(&self, [east, north]: [f32; 2], at: [V::F; 2]) -> V::F {
-        at[0].mul_add(self.simd.splat(east), at[1] * self.simd.splat(north))
     }
 }
 

@@ -1,5 +1,6 @@
 //! Metric values of the spans' steps, and the faces of spans.
 
+use crate::simd::{Floats, Simd};
 use crate::voxel::{HeightCode, PageId, Span};
 
 /// Least major distance of what is seen, units: tangents stay finite.
@@ -33,4 +34,10 @@ pub(super) struct Metric {
     pub(super) directions: [[f32; 2]; 256],
     /// Logarithms (of 2) of the share of light that comes through a voxel's side, by opacity of spans.
     pub(super) clearness: [f32; Span::OPAQUE as usize + 1],
+}
+
+/// Scalar products of a vector and places, east and north.
+#[inline(always)]
+pub(super) fn dot<V: Simd>(simd: V, [east, north]: [f32; 2], at: [V::F; 2]) -> V::F {
+    at[0].mul_add(simd.splat(east), at[1] * simd.splat(north))
 }

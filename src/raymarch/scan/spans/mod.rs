@@ -28,6 +28,7 @@ mod horizon;
 mod metric;
 mod order;
 mod packet;
+mod plane_lanes;
 
 #[cfg(test)]
 mod tests;
@@ -35,11 +36,12 @@ mod tests;
 use glam::DVec3;
 
 pub use self::coverage::{RowMiddle, SpanCoverage, SpanRow};
-use self::crossing::{Floor, PlaneLanes, VoxelCrossing};
+use self::crossing::{Floor, VoxelCrossing};
 use self::horizon::FloatingHorizon;
 use self::metric::Metric;
 pub use self::metric::{FaceDirection, FacetLight};
 use self::packet::{BlockPassage, PlanePacket};
+use self::plane_lanes::PlaneLanes;
 use super::{MarchField, PlaneGroup, Profile, RowTable};
 use crate::raymarch::blocks::{Blocks, corner_on_page};
 use crate::simd::{Floats, Isa, Kernel, LANES, Mask, Simd};
@@ -125,7 +127,8 @@ impl<L: FacetLight> Kernel for Following<'_, '_, L> {
     fn run<V: Simd>(self, simd: V) -> Result<()> {
         let Self { march, scan, light, coverage } = self;
         let eye = scan.eye.truncate().to_array();
-        let lanes = plane_lanes(simd, scan, &march.metric);
+        let height = scan.eye.z - march.metric.code.offset;
+        let lanes = PlaneLanes::new(simd, scan.group, height, march.metric.spacing);
         let lowest = scan.field.tangents[0];
         let floor = Floor { tangent: simd.splat(lowest), rows: simd.splat(0.0) };
         let mut walk = PacketWalk { march, scan, light, coverage, lanes, floor };
@@ -139,34 +142,6 @@ impl<L: FacetLight> Kernel for Following<'_, '_, L> {
         }
 
         Ok(())
-    }
-}
-
-/// Puts a group of planes into lanes.
-#[inline(always)]
-fn plane_lanes<V: Simd>(simd: V, scan: &SpanScan<'_>, metric: &Metric) -> PlaneLanes<V> {
-    let group = scan.group;
-    let depth = simd.load(&group.depth);
-    let (mut ahead, mut beside) = ([[0.0; LANES]; 2], [[0.0; LANES]; 2]);
-    let mut ground = [0.0; LANES];
-    for lane in 0..LANES {
-        let (way, change) = (group.way(lane), group.beside(lane));
-        ground[lane] = way[0].hypot(way[1]) as f32;
-        for axis in 0..2 {
-            ahead[axis][lane] = (way[axis] / f64::from(group.depth[lane])) as f32;
-            beside[axis][lane] = change[axis];
-        }
-    }
-
-    let ground = simd.load(&ground);
-    PlaneLanes {
-        depth,
-        drop: simd.load(&group.drop),
-        datum: simd.splat((metric.code.offset - scan.eye.z) as f32),
-        ground,
-        level: depth / (ground * simd.splat(metric.spacing)),
-        ahead: [simd.load(&ahead[0]), simd.load(&ahead[1])],
-        beside: [simd.load(&beside[0]), simd.load(&beside[1])],
     }
 }
 
