@@ -25,7 +25,7 @@ pub struct KeptPlanes {
     pub rows: usize,
     /// Planes of the group that are filled; others are of no interest.
     pub filled: Range<usize>,
-    /// Index of the first filled one among all [rows](PlaneArray::edges).
+    /// Index of the first filled one among all [rows](PlaneArray::row_table).
     pub first: usize,
 }
 
