@@ -8,8 +8,8 @@ use proptest::prelude::*;
 use super::scenes::{DENSE, SIDE, SPACING, village, wood};
 use hedgehop::earth::Curvature;
 use hedgehop::raymarch::{
-    Contact, GroundLanes, LevelBands, Marcher, MetGround, RayLanes, SectorHorizons, SolidHit, Surface,
-    SurfaceFilter,
+    Contact, GridRay, GroundLanes, LevelBands, Marcher, MetGround, RayLanes, SectorHorizons, SolidHit,
+    Surface, SurfaceFilter,
 };
 use hedgehop::render::{RenderOptions, level_bands};
 use hedgehop::simd::{Isa, LANES};
@@ -74,6 +74,34 @@ fn is_same_contact(one: Option<Contact>, other: Option<Contact>) -> bool {
                     == (other.level, other.wanted, other.bare, other.face)
         }
         (one, other) => one.is_none() && other.is_none(),
+    }
+}
+
+/// Rays of sixteen pixels, where each of them meets the ground, and about there what is asked of sixteen at a time.
+struct PixelRays {
+    sixteen: RayLanes,
+    rays: Vec<GridRay>,
+    contacts: Vec<Option<Contact>>,
+}
+
+impl PixelRays {
+    /// Follows rays of pixels from one on to the right; asks for what is so many `pixels` behind where they meet the ground.
+    fn new(marcher: &mut Marcher<'_>, camera: &Camera, [column, row]: [u32; 2], pixels: f64) -> Self {
+        let (mut sixteen, mut rays, mut contacts) = (RayLanes::default(), Vec::new(), Vec::new());
+        for lane in 0..LANES {
+            let ray = camera.ray(f64::from(column) + lane as f64 + 0.5, f64::from(row) + 0.5).unwrap();
+            let ray = marcher.ray(ray.origin, ray.direction);
+            let contact = marcher.first_contact(&ray, 0.0).unwrap();
+            if let Some(contact) = contact {
+                sixteen.lanes |= 1 << lane;
+                let near = contact.range + pixels * camera.pixel_angle() * contact.range;
+                sixteen.range.0[lane] = near as f32;
+                (0..3).for_each(|axis| sixteen.slope[axis].0[lane] = ray.slope[axis] as f32);
+            }
+            rays.push(ray);
+            contacts.push(contact);
+        }
+        Self { sixteen, rays, contacts }
     }
 }
 
@@ -154,31 +182,16 @@ proptest! {
         let mut marcher = Marcher::new(pages, bands.clone(), Surface::Smooth).curved(curvature);
         let mut filter = SurfaceFilter::new(pages, camera.footprint());
         let eye = marcher.ray(camera.pose.eye, DVec3::Z).eye;
-        let (mut asked, mut found) = (0, 0);
 
         for (part, row, pixels) in rows {
-            let (mut sixteen, mut rays, mut contacts) = (RayLanes::default(), Vec::new(), Vec::new());
-            for lane in 0..LANES {
-                let ray = camera.ray(f64::from(part) * 16.0 + lane as f64 + 0.5, f64::from(row) + 0.5).unwrap();
-                let ray = marcher.ray(ray.origin, ray.direction);
-                let contact = marcher.first_contact(&ray, 0.0).unwrap();
-                if let Some(contact) = contact {
-                    sixteen.lanes |= 1 << lane;
-                    let near = contact.range + pixels * camera.pixel_angle() * contact.range;
-                    sixteen.range.0[lane] = near as f32;
-                    (0..3).for_each(|axis| sixteen.slope[axis].0[lane] = ray.slope[axis] as f32);
-                }
-                rays.push(ray);
-                contacts.push(contact);
-            }
+            let PixelRays { sixteen, rays, contacts } =
+                PixelRays::new(&mut marcher, &camera, [16 * part, row], pixels);
 
             for isa in Isa::available() {
                 let mut ground = GroundLanes::new(pages, bands.clone(), curvature, eye, camera.pixel_angle());
                 let mut met = MetGround::default();
                 ground.meet(isa, &sixteen, &mut met).unwrap();
                 prop_assert_eq!(met.lanes & !sixteen.lanes, 0);
-                asked += sixteen.lanes.count_ones();
-                found += met.lanes.count_ones();
 
                 for lane in (0..LANES).filter(|lane| met.lanes >> lane & 1 != 0) {
                     let (ray, contact) = (&rays[lane], contacts[lane].unwrap());
@@ -196,7 +209,29 @@ proptest! {
                 }
             }
         }
-        // As a rule they do: few pixels of a view lie at voids, edges or changes of level.
-        prop_assert!(found * 2 >= asked || asked < 400, "{found} of {asked}");
+    }
+}
+
+#[test]
+fn few_rays_are_left_to_be_followed_one_by_one() {
+    for (place, pages) in PLACES.iter().enumerate() {
+        let (mut asked, mut found) = (0, 0);
+        for (yaw, pitch) in [(0.0, -10.0), (100.0, -25.0), (200.0, -50.0), (300.0, -90.0)] {
+            let camera = view((0.0, 0.0, 80.0), [yaw, pitch, 0.0], Screen::Planar { hfov: 60.0 });
+            let options = RenderOptions::of(pages.header());
+            let bands = level_bands(pages.header(), &camera, &options);
+            let mut marcher = Marcher::new(pages, bands.clone(), Surface::Smooth);
+            let eye = marcher.ray(camera.pose.eye, DVec3::Z).eye;
+            let mut ground = GroundLanes::new(pages, bands, Curvature::FLAT, eye, camera.pixel_angle());
+
+            for (part, row) in (0..96).flat_map(|row| (0..10).map(move |part| (part, row))) {
+                let sixteen = PixelRays::new(&mut marcher, &camera, [16 * part, row], 0.1).sixteen;
+                let mut met = MetGround::default();
+                ground.meet(Isa::best(), &sixteen, &mut met).unwrap();
+                asked += sixteen.lanes.count_ones();
+                found += met.lanes.count_ones();
+            }
+        }
+        assert!(found * 10 >= 9 * asked, "place {place}: {found} of {asked}");
     }
 }
