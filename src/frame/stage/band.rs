@@ -95,8 +95,9 @@ impl Filling<'_, '_> {
         let count = band.rows(width);
 
         // Strip by strip: rows of one group of planes follow each other in memory.
+        let mut strip = plane_image.strip();
         for column in (0..width).step_by(LANES) {
-            let mut strip = plane_image.strip(column);
+            plane_image.begin(&mut strip, column);
             for row in 0..count {
                 let place = plane_image.place(column, first + row);
                 let light = plane_image.light(&mut strip, &place);

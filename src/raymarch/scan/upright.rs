@@ -236,50 +236,48 @@ impl Upright {
         self.roll[0].abs() <= MOST_SLANT * self.roll[1]
     }
 
-    /// Screen's centre from its left edge, columns.
-    pub fn middle(&self) -> f32 {
-        self.centre.x as f32
+    /// Width of the screen, columns.
+    pub fn width(&self) -> usize {
+        (2.0 * self.centre.x) as usize
     }
 
-    /// Planes, fractional, where columns of a rolled screen, so far from its centre, cross rows of the plane image; columns do not run along rows.
-    #[inline(always)]
-    pub fn plane_of<V: Simd>(&self, simd: V, x: V::F, row: V::F) -> V::F {
+    /// Returns planes, fractional, where columns of a rolled screen cross a row of the plane image: from one column to the next, and in the screen's middle.
+    /// Columns do not run along rows.
+    pub fn crossings(&self, row: i32) -> [f64; 2] {
         let [sin, cos] = self.roll;
-        let [first, per_row] = self.horizontal();
-        // Both on the upright screen: across = x / cos + up · tan.
-        let up = row + simd.splat(self.row as f32);
-        let across = up.mul_add(simd.splat((sin / cos) as f32), x * simd.splat((1.0 / cos) as f32));
-        let horizontal = row.mul_add(simd.splat(per_row), simd.splat(first)).recip();
-        let per_plane = 1.0 / self.plane[1];
-        let across = across * simd.splat((per_plane / self.focal) as f32);
-        across.mul_add(horizontal, simd.splat((-self.plane[0] * per_plane) as f32))
+        let up = self.row + f64::from(row);
+        // On the upright screen: across = x / cos + up · tan.
+        let per_across = 1.0 / (self.plane[1] * (self.focal * self.pitch[1] - up * self.pitch[0]));
+        [per_across / cos, up * (sin / cos) * per_across - self.plane[0] / self.plane[1]]
+    }
+
+    /// Returns rows of the plane image, fractional, along a row of the screen: from one column to the next, and in the screen's middle.
+    pub fn slant(&self, row: f64) -> [f64; 2] {
+        let [sin, cos] = self.roll;
+        [-sin, (self.centre.y - row) * cos - self.row]
     }
 
     /// Returns the direction of a row of an unrolled screen, and its place in the plane image; `None` if the screen is rolled.
-    pub fn level_row(&self, row: f32) -> Option<LevelRow> {
+    pub fn level_row(&self, row: f64) -> Option<LevelRow> {
         if !self.is_level() {
             return None;
         }
-        let up = self.centre.y - f64::from(row);
+        let up = self.centre.y - row;
         let [sin, cos] = self.pitch;
         let horizontal = cos - up / self.focal * sin;
-        let per_column = 1.0 / (self.focal * horizontal);
+        let across = 1.0 / (self.focal * horizontal);
         let per_plane = 1.0 / self.plane[1];
         Some(LevelRow {
-            across: [per_column as f32, (-self.centre.x * per_column) as f32],
+            across: across as f32,
             tangent: ((up / self.focal * cos + sin) / horizontal) as f32,
-            plane: [
-                (per_column * per_plane) as f32,
-                ((-self.centre.x * per_column - self.plane[0]) * per_plane) as f32,
-            ],
-            row: (up - self.row).round() as i32,
+            planes: [across * per_plane, -self.plane[0] * per_plane],
+            row: ((up - self.row).round() as usize).min(self.size[1] - 1),
         })
     }
 
-    /// Pixels of row `row`, at columns `column`; both in pixels, centres at half-integers.
+    /// Pixels of row `row`, from its upper edge, at columns `x`, from the screen's middle; both in pixels.
     #[inline(always)]
-    pub fn look<V: Simd>(&self, simd: V, column: V::F, row: f32) -> UprightGaze<V> {
-        let x = column - simd.splat(self.centre.x as f32);
+    pub fn look<V: Simd>(&self, simd: V, x: V::F, row: f32) -> UprightGaze<V> {
         let down = simd.splat((self.centre.y - f64::from(row)) as f32);
         let (sin, cos) = (simd.splat(self.roll[0] as f32), simd.splat(self.roll[1] as f32));
         let across = x.mul_add(cos, down * sin);
@@ -297,22 +295,12 @@ impl Upright {
 /// A row of an unrolled screen: what follows from a pixel's column is linear in it.
 #[derive(Debug, Clone, Copy)]
 pub struct LevelRow {
-    /// `a` per column, and at column 0.
-    pub across: [f32; 2],
+    /// `a` from one column to the next; it is 0 in the screen's middle.
+    pub across: f32,
     /// Tangent of elevation.
     pub tangent: f32,
-    /// Plane per column, and at column 0.
-    pub plane: [f32; 2],
+    /// Planes, fractional: from one column to the next, and in the screen's middle.
+    pub planes: [f64; 2],
     /// Row of the plane image.
-    pub row: i32,
-}
-
-impl LevelRow {
-    /// The plane at or before a column, or the one before that.
-    #[inline(always)]
-    pub fn plane_at(&self, column: f32) -> i32 {
-        let plane = column * self.plane[0] + self.plane[1];
-        // Not every processor has an instruction for the integer below.
-        plane as i32 - i32::from(plane < 0.0)
-    }
+    pub row: usize,
 }

@@ -1,6 +1,9 @@
 //! Reading of the plane image: light and range of pixels between planes and rows.
 
+mod along_row;
+mod columns;
 mod panorama;
+mod plane_rows;
 mod upright;
 
 #[cfg(test)]
@@ -8,6 +11,8 @@ mod tests;
 
 pub use panorama::PanoramaImage;
 pub use upright::UprightImage;
+
+use along_row::AlongRow;
 
 use super::cell::{Cell, Scale};
 use super::solids::GROUND;
@@ -99,8 +104,10 @@ pub trait LookUp<V: Simd> {
     /// State of a strip of sixteen columns, from one row to the next.
     type Strip;
 
+    /// Memory for strips.
+    fn strip(&self) -> Self::Strip;
     /// Begins a strip from `column` (a multiple of sixteen) on, whose rows follow each other downward.
-    fn strip(&self, column: usize) -> Self::Strip;
+    fn begin(&self, strip: &mut Self::Strip, column: usize);
     /// Places sixteen pixels from `column` (a multiple of sixteen) of a screen's `row` on.
     fn place(&self, column: usize, row: usize) -> Self::Place;
     /// Reads their linear light, in units of the cells' [scale](Scale::units).

@@ -46,7 +46,10 @@ impl<V: Simd> LookUp<V> for PanoramaImage<'_, V> {
     type Strip = ();
 
     #[inline(always)]
-    fn strip(&self, _: usize) {}
+    fn strip(&self) {}
+
+    #[inline(always)]
+    fn begin(&self, (): &mut (), _: usize) {}
 
     #[inline(always)]
     fn place(&self, column: usize, row: usize) -> PanoramaPlace<V> {

@@ -2,29 +2,34 @@
 
 use std::ops::Range;
 
-use super::super::cell::{Cell, add, between};
-use super::{AT_EYE, Among, Depths, LookUp, along_surface, cubic};
+use super::super::cell::{Cell, add};
+use super::columns::{Crossings, RolledColumns};
+use super::plane_rows::PlaneRows;
+use super::{AT_EYE, AlongRow, Among, Depths, LookUp, along_surface, cubic};
 use crate::raymarch::scan::{LevelRow, Upright};
-use crate::simd::{Each, Floats, Ints, LANES, Mask, Simd};
+use crate::simd::{Each, Floats, Ints, Simd};
 
-/// Place of sixteen pixels among planes and rows.
-pub struct UprightPlace<V: Simd> {
-    plane: V::F,
-    row: V::F,
-    /// 1 + a² + t² of their directions.
-    square: V::F,
-    /// The first of two neighbouring groups that hold all planes of theirs, and the row, of an unrolled screen.
-    level: Option<(usize, V::I)>,
+/// Sixteen pixels of a row from a column on.
+pub struct UprightPlace {
+    column: usize,
+    row: usize,
 }
 
-/// Sixteen columns of a rolled screen on their way down: light of the four rows of the plane image about each pixel, where its column crosses them.
-pub struct RolledColumns<V: Simd> {
-    /// Columns from the screen's centre.
-    x: V::F,
-    /// The row that each pixel is above, once there is one.
-    row: Option<V::F>,
-    /// Light of the rows from the one below that upward, in units of the cells.
-    rows: [[V::F; 3]; 4],
+/// Directions of sixteen pixels.
+struct Directions<V: Simd> {
+    /// Places among planes and rows, fractional.
+    plane: V::F,
+    row: V::F,
+    /// 1 + a² + t².
+    square: V::F,
+}
+
+/// A row of the screen.
+enum ScreenRow {
+    /// It is one of the plane image: planes along it.
+    Level(LevelRow, AlongRow),
+    /// It runs across rows of the plane image.
+    Rolled(AlongRow),
 }
 
 /// The first of the four words that a pixel lies among.
@@ -40,40 +45,25 @@ pub struct UprightImage<'a, V: Simd> {
     simd: V,
     /// Layout of the screen in them.
     upright: &'a Upright,
-    /// Light, `[group][row]`.
-    cells: &'a [Cell],
+    /// Light.
+    plane_rows: PlaneRows<'a, V>,
     /// Distances, `[group][row]`.
     depths: Depths<'a>,
-    columns: V::F,
-    /// First row of `levels`.
+    /// Rows of the screen, from this one on.
     first: usize,
-    /// Rows of an unrolled screen; none of a rolled one.
-    levels: Vec<LevelRow>,
+    rows: Vec<ScreenRow>,
+    /// Where columns cross rows of the plane image, if they are read down.
+    crossings: Option<Crossings>,
 }
 
-impl<V: Simd> RolledColumns<V> {
-    /// Goes down to pixels above these rows.
-    #[inline(always)]
-    fn sink(&mut self, simd: V, plane_image: &UprightImage<'_, V>, below: V::F) {
-        let one = simd.splat(1.0);
-        let mut row = self.row.unwrap_or(below + simd.splat(self.rows.len() as f32));
-        loop {
-            let sinks = below.lt(row);
-            if !sinks.any() {
-                break;
-            }
-            row = (row - one).select(sinks, row);
-            // Each row goes one up where a column sinks.
-            let mut arriving = plane_image.across(self.x, row - one);
-            for row in &mut self.rows {
-                for (kept, arriving) in row.iter_mut().zip(&mut arriving) {
-                    let leaving = *kept;
-                    *kept = arriving.select(sinks, leaving);
-                    *arriving = leaving;
-                }
-            }
+impl ScreenRow {
+    /// Places a row, whose middle is so far from the screen's upper edge.
+    fn new(upright: &Upright, row: f64) -> Self {
+        let width = upright.width();
+        match upright.level_row(row) {
+            Some(level) => Self::Level(level, AlongRow::new(level.planes, width)),
+            None => Self::Rolled(AlongRow::new(upright.slant(row), width)),
         }
-        self.row = Some(row);
     }
 }
 
@@ -88,31 +78,52 @@ impl<'a, V: Simd> UprightImage<'a, V> {
         rows: Range<usize>,
     ) -> Self {
         let first = rows.start;
-        let levels = rows.map_while(|row| upright.level_row(row as f32 + 0.5)).collect();
-        let mut columns = [0.0; LANES];
-        columns.iter_mut().enumerate().for_each(|(lane, column)| *column = lane as f32 + 0.5);
-        Self { simd, upright, cells, depths, columns: simd.load(&columns), first, levels }
+        let rows: Vec<_> = rows.map(|row| ScreenRow::new(upright, row as f64 + 0.5)).collect();
+        let slants = rows.iter().filter_map(|row| match row {
+            ScreenRow::Rolled(along) => Some(along),
+            ScreenRow::Level(..) => None,
+        });
+        let crossings = upright.is_read_by_columns().then(|| Crossings::new(upright, slants));
+        let plane_rows = PlaneRows::new(simd, upright, cells);
+        Self { simd, upright, plane_rows, depths, first, rows, crossings }
     }
 
-    /// Light where columns of a rolled screen, so far from its centre, cross rows: cubic between planes.
+    /// Light of pixels: cubic between planes and rows.
     #[inline(always)]
-    fn across(&self, x: V::F, row: V::F) -> [V::F; 3] {
+    fn cubic(&self, place: &Directions<V>) -> [V::F; 3] {
         let simd = self.simd;
-        let plane = self.upright.plane_of(simd, x, row);
-        let left = plane.floor();
-        let weights = cubic(simd, plane - left);
-        let (left, row) = (left.to_int(), row.to_int());
+        let (left, below) = (place.plane.floor(), place.row.floor());
+        let (across, rise) = (cubic(simd, place.plane - left), cubic(simd, place.row - below));
+        let (left, below) = (left.to_int(), below.to_int());
         let mut light = [simd.splat(0.0); 3];
-        for (plane, &weight) in weights.iter().enumerate() {
-            add(simd, &mut light, self.words(left + simd.splat_int(plane as i32 - 1), row), weight);
+        for (row, &up) in rise.iter().enumerate() {
+            let row = below + simd.splat_int(row as i32 - 1);
+            for (plane, &weight) in across.iter().enumerate() {
+                let words = self.plane_rows.words(left + simd.splat_int(plane as i32 - 1), row);
+                add(simd, &mut light, words, weight * up);
+            }
         }
         light
     }
 
-    /// Light that a plane saw in a row; both are taken into the plane image.
+    /// Directions of pixels.
     #[inline(always)]
-    fn words(&self, plane: V::I, row: V::I) -> V::I {
-        self.simd.gather_words(bytemuck::cast_slice(self.cells), self.index(plane, row))
+    fn directions(&self, place: &UprightPlace) -> Directions<V> {
+        let (simd, one) = (self.simd, self.simd.splat(1.0));
+        let columns = self.plane_rows.columns(place.column);
+        match &self.rows[place.row - self.first] {
+            ScreenRow::Level(level, planes) => {
+                let across = columns * simd.splat(level.across);
+                let square = across.mul_add(across, simd.splat(level.tangent * level.tangent + 1.0));
+                let plane = planes.values(simd, columns);
+                Directions { plane, row: simd.splat(level.row as f32), square }
+            }
+            ScreenRow::Rolled(_) => {
+                let look = self.upright.look(simd, columns, place.row as f32 + 0.5);
+                let square = look.across.mul_add(look.across, look.tangent.mul_add(look.tangent, one));
+                Directions { plane: look.plane, row: look.row, square }
+            }
+        }
     }
 
     /// Returns the index of a word so many planes and rows away from the first of four. No closure: one that is not inlined
@@ -120,121 +131,59 @@ impl<'a, V: Simd> UprightImage<'a, V> {
     #[inline(always)]
     fn word_from(&self, first: &FirstWord<V>, planes: i32, rows: i32) -> V::I {
         let simd = self.simd;
-        self.index(first.plane + simd.splat_int(planes), first.row + simd.splat_int(rows * first.rows_apart))
-    }
-
-    /// Returns the index of a plane's row among words.
-    #[inline(always)]
-    fn index(&self, plane: V::I, row: V::I) -> V::I {
-        let simd = self.simd;
-        let [planes, rows] = self.upright.size;
-        let plane = plane.max(simd.splat_int(0)).min(simd.splat_int(planes as i32 - 1));
-        let row = row.max(simd.splat_int(0)).min(simd.splat_int(rows as i32 - 1));
-        let cell = plane.shr::<4>().mul(simd.splat_int(rows as i32)) + row;
-        cell.shl::<4>() + (plane & simd.splat_int(LANES as i32 - 1))
+        self.plane_rows
+            .index(first.plane + simd.splat_int(planes), first.row + simd.splat_int(rows * first.rows_apart))
     }
 }
 
 impl<V: Simd> LookUp<V> for UprightImage<'_, V> {
-    type Place = UprightPlace<V>;
-    type Strip = RolledColumns<V>;
+    type Place = UprightPlace;
+    type Strip = RolledColumns;
 
     #[inline(always)]
-    fn strip(&self, column: usize) -> RolledColumns<V> {
-        let simd = self.simd;
-        let x = self.columns + simd.splat(column as f32 - self.upright.middle());
-        RolledColumns { x, row: None, rows: [[simd.splat(0.0); 3]; 4] }
+    fn strip(&self) -> RolledColumns {
+        RolledColumns::new()
     }
 
     #[inline(always)]
-    fn place(&self, column: usize, row: usize) -> UprightPlace<V> {
-        let simd = self.simd;
-        let columns = self.columns + simd.splat(column as f32);
-        let one = simd.splat(1.0);
-        let Some(level) = self.levels.get(row - self.first) else {
-            let look = self.upright.look(simd, columns, row as f32 + 0.5);
-            let square = look.across.mul_add(look.across, look.tangent.mul_add(look.tangent, one));
-            return UprightPlace { plane: look.plane, row: look.row, square, level: None };
+    fn begin(&self, strip: &mut RolledColumns, column: usize) {
+        strip.begin(column);
+    }
+
+    #[inline(always)]
+    fn place(&self, column: usize, row: usize) -> UprightPlace {
+        UprightPlace { column, row }
+    }
+
+    /// Linear between the planes; between rows of a rolled screen cubic, and between planes, too, if they are not read down its columns.
+    #[inline(always)]
+    fn light(&self, strip: &mut RolledColumns, place: &UprightPlace) -> [V::F; 3] {
+        let mut light = match (&self.rows[place.row - self.first], &self.crossings) {
+            (ScreenRow::Level(level, planes), _) => {
+                return self.plane_rows.linear(planes, place.column, level.row);
+            }
+            (ScreenRow::Rolled(rows), Some(crossings)) => strip.light(&self.plane_rows, crossings, rows),
+            (ScreenRow::Rolled(_), None) => self.cubic(&self.directions(place)),
         };
 
-        let across = columns.mul_add(simd.splat(level.across[0]), simd.splat(level.across[1]));
-        let square = across.mul_add(across, simd.splat(level.tangent * level.tangent + 1.0));
-        let plane = columns.mul_add(simd.splat(level.plane[0]), simd.splat(level.plane[1]));
-        let [planes, rows] = self.upright.size;
-        let row = level.row.clamp(0, rows as i32 - 1);
-
-        // Two groups hold all sixteen, unless planes are much closer than pixels.
-        let (first, last) =
-            (level.plane_at(column as f32 + 0.5), level.plane_at((column + LANES) as f32 - 0.5) + 2);
-        let group = first.div_euclid(LANES as i32);
-        let is_held = group >= 0 && last < (group + 2) * LANES as i32 && last < planes as i32;
-        let level = is_held.then(|| {
-            let index = plane.floor().to_int() - simd.splat_int(group * LANES as i32);
-            (group as usize * rows + row as usize, index)
-        });
-
-        UprightPlace { plane, row: simd.splat(row as f32), square, level }
-    }
-
-    /// Linear between the planes, or cubic between planes and rows of a rolled screen.
-    #[inline(always)]
-    fn light(&self, strip: &mut RolledColumns<V>, place: &UprightPlace<V>) -> [V::F; 3] {
-        let simd = self.simd;
-        let left = place.plane.floor();
-        let share = place.plane - left;
-        if let Some((at, index)) = place.level {
-            let [low, high] = [&self.cells[at], &self.cells[at + self.upright.size[1]]];
-            // The next sixteen pixels of the row, which are asked for after those below these.
-            let later = at + 2 * self.upright.size[1];
-            simd.prefetch(self.cells, later);
-            let (low, high) = (simd.load(&low.0), simd.load(&high.0));
-            let [from, to] = simd.permute_neighbours(low, high, index);
-            return between(simd, from.to_bits(), to.to_bits(), share);
-        }
-
-        let below = place.row.floor();
-        if !self.levels.is_empty() {
-            let (left, row) = (left.to_int(), below.to_int());
-            return between(simd, self.words(left, row), self.words(left + simd.splat_int(1), row), share);
-        }
-
-        let rise = cubic(simd, place.row - below);
-        let mut light = [simd.splat(0.0); 3];
-        if self.upright.is_read_by_columns() {
-            strip.sink(simd, self, below);
-            for (row, &up) in strip.rows.iter().zip(&rise) {
-                light[0] = row[0].mul_add(up, light[0]);
-                light[1] = row[1].mul_add(up, light[1]);
-                light[2] = row[2].mul_add(up, light[2]);
-            }
-        } else {
-            let (left, below) = (left.to_int(), below.to_int());
-            let across = cubic(simd, share);
-            for (row, &up) in rise.iter().enumerate() {
-                let row = below + simd.splat_int(row as i32 - 1);
-                for (plane, &weight) in across.iter().enumerate() {
-                    let words = self.words(left + simd.splat_int(plane as i32 - 1), row);
-                    add(simd, &mut light, words, weight * up);
-                }
-            }
-        }
-
+        let zero = self.simd.splat(0.0);
         for light in &mut light {
-            *light = light.max(simd.splat(0.0));
+            *light = light.max(zero);
         }
 
         light
     }
 
     #[inline(always)]
-    fn range(&self, place: &UprightPlace<V>) -> (V::F, V::M) {
+    fn range(&self, place: &UprightPlace) -> (V::F, V::M) {
+        let place = &self.directions(place);
         let simd = self.simd;
         let (left, below) = (place.plane.floor(), place.row.floor());
         let (share, rise) = (place.plane - left, place.row - below);
         let (left, below) = (left.to_int(), below.to_int());
 
         // Rows of an unrolled screen are those of the plane image.
-        let rows_apart = i32::from(self.levels.is_empty());
+        let rows_apart = i32::from(!self.upright.is_level());
         let first_word = FirstWord { plane: left, row: below, rows_apart };
 
         // Inverse depth along the optical axis is what is linear from row to row.
