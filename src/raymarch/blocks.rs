@@ -1,7 +1,10 @@
 //! Blocks of spans that were looked at, kept for the rays and planes beside.
 //!
 //! What stands on a block is put together from the spans of its page and the objects that are placed there. Neighbours pass through the
-//! same blocks one after the other, so that this is seldom done twice. How high a block reaches is known without it.
+//! same blocks one after the other, and frames those of the frame before, so that this is seldom done twice. How high a block reaches is
+//! known without it.
+
+use std::ops::DerefMut;
 
 use super::{Lattice, PageCursor};
 use crate::simd::Each;
@@ -17,22 +20,34 @@ const PLACES: usize = 8192;
 const PER_ROW: i64 = 1307;
 
 /// Spans of a block that is kept.
+#[derive(Debug)]
 struct BlockSlot {
     at: [i64; 2],
+    /// Whether this frame looked at it.
+    is_used: bool,
     spans: BlockSpans,
 }
 
-/// Blocks of one database by their column and row in the area.
-pub(super) struct Blocks<'a> {
+/// Spans of blocks, by column and row in the area: what one worker looked at in this frame and the one before.
+#[derive(Debug)]
+pub struct BlockTable {
+    /// Numbers of slots, one more than they are; 0 where there is none.
+    places: Vec<u32>,
+    slots: Vec<BlockSlot>,
+}
+
+/// Blocks of one database, with a table of their own.
+pub(super) type OwnBlocks<'a> = Blocks<'a, Box<BlockTable>>;
+
+/// Blocks of one database, kept in a table.
+pub(super) struct Blocks<'a, T> {
     source: &'a dyn PageSource,
     objects: &'a SharedObjects,
     /// Rise of spans, as for [`SpanTable::new`].
     rise: f64,
     /// The page that was looked up last.
     page: Option<(PageId, SpansView<'a>)>,
-    /// Numbers of slots, one more than they are; 0 where there is none.
-    table: Vec<u32>,
-    slots: Vec<BlockSlot>,
+    table: T,
 }
 
 /// Column and row of a block's south-west voxel on its page.
@@ -41,17 +56,60 @@ pub(super) fn corner_on_page(block: [i64; 2]) -> [u32; 2] {
     block.each(|at| (at * i64::from(BLOCK_SIDE) % i64::from(PAGE_SIDE)) as u32)
 }
 
-impl<'a> Blocks<'a> {
-    /// None yet of those of `source`.
-    pub fn new(source: &'a dyn PageSource) -> Self {
+/// Returns the place of a block in a table.
+#[inline]
+fn place(block: [i64; 2]) -> usize {
+    block[0].wrapping_add(block[1].wrapping_mul(PER_ROW)) as usize % PLACES
+}
+
+impl Default for BlockTable {
+    fn default() -> Self {
+        Self { places: vec![0; PLACES], slots: Vec::new() }
+    }
+}
+
+impl BlockTable {
+    /// Begins a frame: what the one before did not look at goes.
+    pub fn begin_frame(&mut self) {
+        self.slots.retain(|slot| slot.is_used);
+        self.places.fill(0);
+        for (number, slot) in (1..).zip(&mut self.slots) {
+            slot.is_used = false;
+            self.places[place(slot.at)] = number;
+        }
+    }
+
+    /// Returns the spans of a block, which is put together unless it is here.
+    #[inline]
+    fn get(&mut self, block: [i64; 2], gather: impl FnOnce(&mut BlockSpans)) -> &BlockSpans {
+        let place = place(block);
+        let mut known = self.places[place] as usize;
+        if known == 0 {
+            self.slots.push(BlockSlot { at: block, is_used: true, spans: BlockSpans::default() });
+            known = self.slots.len();
+            self.places[place] = known as u32;
+        } else if self.slots[known - 1].at == block {
+            self.slots[known - 1].is_used = true;
+            return &self.slots[known - 1].spans;
+        }
+
+        let slot = &mut self.slots[known - 1];
+        (slot.at, slot.is_used) = (block, true);
+        gather(&mut slot.spans);
+        &slot.spans
+    }
+}
+
+impl<'a, T: DerefMut<Target = BlockTable>> Blocks<'a, T> {
+    /// Those of `source`, some of which may be in `table`.
+    pub fn new(source: &'a dyn PageSource, table: T) -> Self {
         let header = source.header();
         Self {
             source,
             objects: &header.objects,
             rise: SpanTable::rise(header.heights, header.grid.spacing),
             page: None,
-            table: vec![0; PLACES],
-            slots: Vec::new(),
+            table,
         }
     }
 
@@ -90,21 +148,50 @@ impl<'a> Blocks<'a> {
         Ok(self.get(block, &view).tops()[y * BLOCK_SIDE as usize + x])
     }
 
-    /// Returns the spans of a block of the page `view`.
+    /// Returns the spans of a block of the page `view`, on which something stands.
     pub fn get(&mut self, block: [i64; 2], view: &SpansView<'_>) -> &BlockSpans {
-        let place = block[0].wrapping_add(block[1].wrapping_mul(PER_ROW)) as usize % PLACES;
-        let known = self.table[place] as usize;
-        if known > 0 && self.slots[known - 1].at == block {
-            return &self.slots[known - 1].spans;
+        let (objects, rise) = (self.objects, self.rise);
+        self.table.get(block, |spans| {
+            spans.gather(view, objects, corner_on_page(block), rise);
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Looks at a block, and tells whether it had to be put together.
+    fn look(table: &mut BlockTable, block: [i64; 2]) -> bool {
+        let mut is_new = false;
+        table.get(block, |_| is_new = true);
+        is_new
+    }
+
+    #[test]
+    fn a_frame_keeps_what_the_one_before_looked_at() {
+        let mut table = BlockTable::default();
+        let blocks: Vec<_> = (0..60).flat_map(|x| (0..60).map(move |y| [x, y])).collect();
+        let new = blocks.iter().filter(|block| look(&mut table, **block)).count();
+        assert!(new == blocks.len() && blocks.iter().all(|block| !look(&mut table, *block)));
+
+        table.begin_frame();
+        let (east, west): (Vec<_>, Vec<_>) = blocks.into_iter().partition(|[x, _]| *x >= 30);
+        assert!(east.iter().all(|block| !look(&mut table, *block)));
+        table.begin_frame();
+        assert_eq!(table.slots.len(), east.len());
+        assert!(east.iter().all(|block| !look(&mut table, *block)));
+        assert!(west.iter().all(|block| look(&mut table, *block)));
+    }
+
+    #[test]
+    fn blocks_of_one_place_follow_each_other() {
+        let mut table = BlockTable::default();
+        let [one, other] = [[5, 7], [5 + PLACES as i64, 7]];
+        for _ in 0..3 {
+            assert!(look(&mut table, one) && !look(&mut table, one));
+            assert!(look(&mut table, other) && !look(&mut table, other));
         }
-        let number = if known > 0 { known } else { self.slots.len() + 1 };
-        if known == 0 {
-            self.table[place] = number as u32;
-            self.slots.push(BlockSlot { at: block, spans: BlockSpans::default() });
-        }
-        let slot = &mut self.slots[number - 1];
-        slot.at = block;
-        slot.spans.gather(view, self.objects, corner_on_page(block), self.rise);
-        &slot.spans
+        assert_eq!(table.slots.len(), 1);
     }
 }

@@ -47,6 +47,7 @@ mod walk;
 mod world_tests;
 
 pub use bands::LevelBands;
+pub(crate) use blocks::BlockTable;
 #[doc(hidden)]
 pub use column::{Column, march_column};
 #[doc(hidden)]

@@ -17,7 +17,7 @@ use std::sync::OnceLock;
 use glam::{DVec2, DVec3};
 
 use super::Lattice;
-use super::blocks::{Blocks, corner_on_page};
+use super::blocks::{OwnBlocks, corner_on_page};
 use super::walk::Extent;
 use super::{GridRay, LevelBands, PageCursor};
 use crate::earth::Curvature;
@@ -93,7 +93,7 @@ pub(super) struct SectorLook<'l, 'a> {
     pub surface: &'l mut PageCursor<'a>,
     pub bare: &'l mut PageCursor<'a>,
     /// Blocks of what stands on bare ground; `None`: nothing does.
-    pub blocks: Option<&'l mut Blocks<'a>>,
+    pub blocks: Option<&'l mut OwnBlocks<'a>>,
 }
 
 /// Part of a sector between two ground distances, as a rectangle of the area.
@@ -290,7 +290,7 @@ impl SectorHorizons {
     }
 
     /// Finds the bounds of what stands between two directions, by voxels where a block holds something.
-    fn standing(&self, ends: [DVec2; 2], blocks: &mut Blocks<'_>, code: HeightCode) -> Result<Envelope> {
+    fn standing(&self, ends: [DVec2; 2], blocks: &mut OwnBlocks<'_>, code: HeightCode) -> Result<Envelope> {
         let until = self.bands.bare_until() / self.grid.spacing;
         let voxels = blocks.voxels();
         let by_blocks = voxels.grouped(BLOCK_SIDE);

@@ -15,7 +15,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::blocks::{Blocks, corner_on_page};
+use super::blocks::{OwnBlocks, corner_on_page};
 use super::{CellRect, CellStep, CellWalk, GridRay, Lattice, PageCursor};
 use crate::voxel::{BLOCK_SIDE, BlockSpans, Cut, HeightCode, Span};
 use hedgehop_base::error::Result;
@@ -58,7 +58,7 @@ pub struct SolidHit {
 /// Follows rays through what stands in one database.
 pub struct Solids<'a> {
     measure: Measure,
-    blocks: Blocks<'a>,
+    blocks: OwnBlocks<'a>,
 }
 
 /// Metric values of the places and heights of spans.
@@ -78,11 +78,11 @@ impl<'a> Solids<'a> {
         let header = source.header();
         let (code, spacing) = (header.heights, header.grid.spacing);
         let measure = Measure { lattice: cursor.voxels(0), code, spacing };
-        Self { measure, blocks: Blocks::new(source) }
+        Self { measure, blocks: OwnBlocks::new(source, Box::default()) }
     }
 
     /// Returns the blocks that are kept.
-    pub(super) fn blocks(&mut self) -> &mut Blocks<'a> {
+    pub(super) fn blocks(&mut self) -> &mut OwnBlocks<'a> {
         &mut self.blocks
     }
 

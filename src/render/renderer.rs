@@ -9,6 +9,7 @@ use super::plane_image::{LightingScratch, PlaneImage};
 use super::plane_view::LastScreen;
 use crate::cache::Used;
 use crate::frame::Picture;
+use crate::raymarch::BlockTable;
 use crate::raymarch::scan::{Profile, TurnedPages};
 use crate::sensor::Facets;
 use crate::sensor::radiance::Radiance;
@@ -55,6 +56,7 @@ pub(super) struct SharedState {
     pub(super) ranges: Used<Vec<f32>>,
     pub(super) profiles: Used<Profile>,
     pub(super) lighting: Used<LightingScratch>,
+    pub(super) blocks: Used<BlockTable>,
     pub(super) clouds: OnceLock<CloudDensities>,
 }
 

@@ -43,7 +43,7 @@ impl<'a> SpanRenderer<'a> {
         source.header().has_spans.then(|| Self {
             isa: renderer.isa,
             eye,
-            march: SpanMarch::new(source),
+            march: SpanMarch::new(source, renderer.shared.blocks.lend()),
             facets: renderer.lit.facets.on(source, renderer.lit.radiance.shades()),
             cover: SpanCoverage::default(),
         })

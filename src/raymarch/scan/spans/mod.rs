@@ -43,7 +43,8 @@ pub use self::metric::{FaceDirection, FacetLight};
 use self::packet::{BlockPassage, PlanePacket};
 use self::plane_lanes::PlaneLanes;
 use super::{MarchField, PlaneGroup, Profile, RowTable};
-use crate::raymarch::blocks::{Blocks, corner_on_page};
+use crate::cache::Lent;
+use crate::raymarch::blocks::{BlockTable, Blocks, corner_on_page};
 use crate::simd::{Floats, Isa, Kernel, LANES, Mask, Simd};
 use crate::voxel::{BLOCK_SIDE, Cut, Grid, PageId, PageSource, Span, SpanBlock, SpansView};
 use hedgehop_base::error::Result;
@@ -75,12 +76,12 @@ pub struct SpanScan<'f> {
 pub struct SpanMarch<'a> {
     grid: Grid,
     metric: Metric,
-    blocks: Blocks<'a>,
+    blocks: Blocks<'a, Lent<'a, BlockTable>>,
 }
 
 impl<'a> SpanMarch<'a> {
-    /// Builds the march over `source`.
-    pub fn new(source: &'a dyn PageSource) -> Self {
+    /// Builds the march over `source`, for one frame; `blocks` may hold some that the one before looked at.
+    pub fn new(source: &'a dyn PageSource, mut blocks: Lent<'a, BlockTable>) -> Self {
         let header = source.header();
         let (grid, code) = (header.grid, header.heights);
         let metric = Metric {
@@ -90,7 +91,8 @@ impl<'a> SpanMarch<'a> {
             directions: std::array::from_fn(|facing| Cut::wall(facing as u8, 0).normal()),
             clearness: std::array::from_fn(|steps| (1.0 - steps as f32 / f32::from(Span::OPAQUE)).log2()),
         };
-        Self { grid, metric, blocks: Blocks::new(source) }
+        blocks.begin_frame();
+        Self { grid, metric, blocks: Blocks::new(source, blocks) }
     }
 
     /// Finds the spans that sixteen planes see.
