@@ -101,7 +101,7 @@ impl BlockTable {
 }
 
 impl<'a, T: DerefMut<Target = BlockTable>> Blocks<'a, T> {
-    /// Those of `source`, some of which may be in `table`.
+    /// Builds the blocks of `source`; `table` holds none or some of them.
     pub fn new(source: &'a dyn PageSource, table: T) -> Self {
         let header = source.header();
         Self {
@@ -144,11 +144,16 @@ impl<'a, T: DerefMut<Target = BlockTable>> Blocks<'a, T> {
     pub fn top_at(&mut self, voxel: [i64; 2]) -> Result<f32> {
         let block = voxel.each(|at| at / i64::from(BLOCK_SIDE));
         let (_, view) = self.page(block)?;
+        let corner = corner_on_page(block);
+        if view.block(corner[0], corner[1]).high == 0 {
+            return Ok(0.0);
+        }
         let [x, y] = voxel.each(|at| (at % i64::from(BLOCK_SIDE)) as usize);
         Ok(self.get(block, &view).tops()[y * BLOCK_SIDE as usize + x])
     }
 
-    /// Returns the spans of a block of the page `view`, on which something stands.
+    /// Returns the spans of a block of the page `view`. Something stands there: a table must not take what an absent page does not show on to
+    /// frames that have the page.
     pub fn get(&mut self, block: [i64; 2], view: &SpansView<'_>) -> &BlockSpans {
         let (objects, rise) = (self.objects, self.rise);
         self.table.get(block, |spans| {
