@@ -97,9 +97,9 @@ pub trait Floats:
     fn sqrt(self) -> Self;
     /// Without sign.
     fn abs(self) -> Self;
-    /// 1/self within two units of the last place; of no particular value for 0.
+    /// 1/self within 4·10⁻⁷ of it; of no particular value for 0.
     fn recip(self) -> Self;
-    /// 1/√self within two units of the last place, for self > 0.
+    /// 1/√self within 4·10⁻⁷ of it, for self > 0.
     fn rsqrt(self) -> Self;
     /// √self within 10⁻⁴ of it, for self > 0.
     fn sqrt_rough(self) -> Self;
