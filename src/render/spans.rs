@@ -62,7 +62,6 @@ impl<'a> SpanRenderer<'a> {
             until: bare_until,
             field,
             row_table,
-
             first: kept.first,
             rows: kept.filled.len(),
             has_depths: !depths.inverse.is_empty(),

@@ -1,14 +1,14 @@
-//! What is linear along a row of the screen.
+//! Quantities that are linear along a row of the screen.
 
 use crate::simd::{Floats, LANES, Simd};
-
-/// Part of one that rounding may take a value of a lane across an integer.
-const SLACK: i64 = 1 << (FRACTION - 6);
 
 /// Bits of the fraction in fixed point.
 const FRACTION: u32 = 32;
 
-/// What is linear along a row of the screen, such as the planes that its columns meet.
+/// Most by which rounding may set a lane's value off, in fixed point: a sixty-fourth.
+const SLACK: i64 = 1 << (FRACTION - 6);
+
+/// Quantity that is linear along a row of the screen: the planes that its columns meet, or the rows of the plane image that it crosses.
 ///
 /// Where sixteen columns begin and end is worked out with integers: conversions of floats take longer than all of it.
 #[derive(Debug, Clone, Copy)]
@@ -33,7 +33,7 @@ impl AlongRow {
         }
     }
 
-    /// Values of columns, which are counted from the screen's middle.
+    /// Values at columns, which are counted from the screen's middle.
     #[inline(always)]
     pub fn values<V: Simd>(&self, simd: V, columns: V::F) -> V::F {
         columns.mul_add(simd.splat(self.per_column), simd.splat(self.middle))

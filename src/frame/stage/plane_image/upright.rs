@@ -26,9 +26,9 @@ struct Directions<V: Simd> {
 
 /// A row of the screen.
 enum ScreenRow {
-    /// It is one of the plane image: planes along it.
+    /// Row of the plane image, and the planes along it.
     Level(LevelRow, AlongRow),
-    /// It runs across rows of the plane image.
+    /// Row across those of the plane image, and its places among them.
     Rolled(AlongRow),
 }
 

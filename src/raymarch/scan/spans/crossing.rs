@@ -322,7 +322,7 @@ impl<L: FacetLight, V: Simd> VoxelCrossing<'_, '_, L, V> {
 
     /// Finds inverse depth along an end of a span, and its rise to the next plane; where the end is not seen, those of the front.
     ///
-    /// It is linear in the tangent, by as much as the end lies above the eye where it goes on to it.
+    /// Inverse depth along an end is linear in the tangent; its slope follows from the height of the end, carried on to the eye, above the eye.
     #[inline(always)]
     fn along(
         &self,
