@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::frame::stage::{Cell, EdgeSums, PlaneLight};
+use crate::frame::stage::Cell;
 use crate::simd::Sixteen;
 
 /// Picture of the scan planes before it is resampled to a screen: light; distances and how they go on, as of [`Depths`](crate::frame::stage::Depths).
@@ -45,11 +45,4 @@ pub fn first_part<'s, T>(slice: &mut &'s mut [T], count: usize) -> &'s mut [T] {
     let (first, rest) = all.split_at_mut(count.min(all.len()));
     *slice = rest;
     first
-}
-
-/// Scratch of lighting.
-#[derive(Debug, Default)]
-pub struct LightingScratch {
-    pub lights: Vec<PlaneLight>,
-    pub sums: EdgeSums,
 }

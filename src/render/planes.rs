@@ -8,13 +8,15 @@ use glam::DVec3;
 
 use super::account::{Account, Rays, Rendered, StageTimes};
 use super::limits::level_bands;
-use super::plane_image::{DepthsMut, LightingScratch, PlaneImage, first_part};
+use super::plane_image::{DepthsMut, PlaneImage, first_part};
 use super::plane_view::PlaneView;
 use super::renderer::Renderer;
 use super::spans::{self, SpanRenderer};
 use super::surface;
 use crate::cache::Lent;
-use crate::frame::stage::{Band, Cell, Depths, Painter, PlaneSource, RowFill, Scale};
+use crate::frame::stage::{
+    Band, Cell, Depths, EdgeSums, Painter, Painting, PlaneSource, RowFill, Scale, Sight,
+};
 use crate::frame::{Frame, Picture};
 use crate::pixels::Pixels;
 use crate::raymarch::PageCursor;
@@ -277,7 +279,8 @@ struct Worker<'a> {
 /// Scratch of painting.
 struct Paint<'a> {
     painter: Painter<'a>,
-    light: Lent<'a, LightingScratch>,
+    air: AtmosphereLanes,
+    sums: Lent<'a, EdgeSums>,
     span_renderer: Option<SpanRenderer<'a>>,
 }
 
@@ -330,12 +333,12 @@ fn see(
             paint: Paint {
                 painter: Painter {
                     sampler: LineSampler::new(if waits { light } else { light.without_waiting() }),
-                    air: AtmosphereLanes::new(&atmosphere, view.eye.z, header.height_range.high),
                     eye: view.eye,
                     spacing: header.grid.spacing,
                     height: above_ground,
                 },
-                light: renderer.shared.lighting.lend(),
+                air: AtmosphereLanes::new(&atmosphere, view.eye.z, header.height_range.high),
+                sums: renderer.shared.edge_sums.lend(),
                 span_renderer: SpanRenderer::new(renderer, view.eye),
             },
             profile: renderer.shared.profiles.lend(),
@@ -343,31 +346,30 @@ fn see(
     };
 
     let group = |index| view.shape.group(index, &header.grid, view.eye, bend);
-    // Returns pages that are missing: nothing is painted then.
-    let paint = |Paint { painter, light, span_renderer }: &mut Paint<'_>,
+    // Returns pages that are missing: what is painted then is to be painted again.
+    let paint = |Paint { painter, air, sums, span_renderer }: &mut Paint<'_>,
                  group: &PlaneGroup,
                  look: &mut GroupLook<'_>,
                  profile: &Profile| {
-        let LightingScratch { lights, sums } = &mut **light;
         let GroupLook { index, kept, cells, depths, bare_until } = look;
         let squares = view.shape.squares(*index);
         let angle = view.shape.plane_angle(*index, angle);
-        painter.air.face(group);
-        painter.paint(renderer.isa, group, profile, angle, &squares, lights)?;
+        air.face(group);
+        let mut depths = depths.of(kept.filled.clone());
+        let rows = RowFill {
+            row_table: &row_table,
+            first: kept.first,
+            cells: &mut cells[kept.filled.clone()],
+            scale,
+            inverse: &mut *depths.inverse,
+        };
+
+        let lights = Painting { painter, group, angle };
+        rows.fill(renderer.isa, profile, lights, Sight { air, squares: &squares }, sums)?;
         let missing = painter.sampler.take_missing();
         if missing.is_empty() {
-            let mut depths = depths.of(kept.filled.clone());
-            let rows = RowFill {
-                row_table: &row_table,
-                first: kept.first,
-                cells: &mut cells[kept.filled.clone()],
-                scale,
-                inverse: &mut *depths.inverse,
-            };
-
-            rows.fill(renderer.isa, profile, lights, &painter.air, &squares, sums);
             if let Some(span_renderer) = span_renderer {
-                let (air, field) = (&painter.air, field(renderer, &row_table, kept));
+                let (air, field) = (&*air, field(renderer, &row_table, kept));
                 let (bare_until, row_table, squares) = (*bare_until, &row_table, &squares);
                 let seen = spans::SeenGroup {
                     group,
@@ -405,7 +407,7 @@ fn see(
                     coarser: profile.rows_stood_in(&row_table.centres[rows]),
                 };
                 *rays.lock().unwrap_or_else(PoisonError::into_inner) += seen;
-                if let Some(SteepHeights { bounds, step }) = brush.painter.air.steep_heights() {
+                if let Some(SteepHeights { bounds, step }) = brush.air.steep_heights() {
                     profile.refine(renderer.isa, bounds, step);
                 }
 

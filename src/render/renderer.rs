@@ -5,10 +5,11 @@ use std::sync::{Arc, OnceLock};
 use glam::DVec3;
 
 use super::options::{Engine, RenderOptions};
-use super::plane_image::{LightingScratch, PlaneImage};
+use super::plane_image::PlaneImage;
 use super::plane_view::LastScreen;
 use crate::cache::Used;
 use crate::frame::Picture;
+use crate::frame::stage::EdgeSums;
 use crate::raymarch::BlockTable;
 use crate::raymarch::scan::{Profile, TurnedPages};
 use crate::sensor::Facets;
@@ -55,7 +56,7 @@ pub(super) struct SharedState {
     pub(super) pictures: Used<Vec<u8>>,
     pub(super) ranges: Used<Vec<f32>>,
     pub(super) profiles: Used<Profile>,
-    pub(super) lighting: Used<LightingScratch>,
+    pub(super) edge_sums: Used<EdgeSums>,
     pub(super) blocks: Used<BlockTable>,
     pub(super) clouds: OnceLock<CloudDensities>,
 }

@@ -1,8 +1,8 @@
 //! The image stage of the scan-plane engine: from the profiles that planes see to the screen.
 //!
 //! ```text
-//! each group of planes:
-//!     light of each line in sight               radiance over its footprint, haze before it      paint
+//! each group of planes, a chunk of segments after the other:
+//!     light of each segment                     radiance over its footprint, haze before it      paint
 //!     light of each row                         stretches by their share of it, then sky         rows
 //! each band of the screen's rows:
 //!     pixel's place among planes and rows       homography                                       plane image
@@ -24,7 +24,7 @@ mod tests;
 
 pub use band::Band;
 pub use cell::{Cell, Scale};
-pub use paint::{Painter, PlaneLight};
+pub use paint::{Painter, Painting};
 pub use plane_image::{Depths, PlaneSource};
-pub use rows::{EdgeSums, RowFill};
+pub use rows::{EdgeSums, RowFill, Sight};
 pub use solids::SpanPaint;

@@ -2,25 +2,18 @@
 
 use glam::DVec3;
 
-use crate::raymarch::scan::{PlaneGroup, Profile, SampleLine};
+use super::rows::{CHUNK, ChunkLights, PlaneLight, SegmentLights, Sight};
+use crate::raymarch::scan::{PlaneGroup, SampleLine, VisibleSegment};
 use crate::sensor::radiance::{Crossings, ImageLine, LineSampler, PlanesAbove, TexelPlace};
-use crate::simd::{Floats, Isa, Kernel, LANES, Simd, Sixteen};
+use crate::simd::{Floats, Simd};
 use crate::voxel::Grid;
 use crate::weather::AtmosphereLanes;
 use hedgehop_base::error::Result;
 
-/// Sights from the one that is painted to the one that is fetched, a power of two.
-const AHEAD: usize = 8;
-
-/// Linear light of sixteen planes.
-pub type PlaneLight = [Sixteen; 3];
-
-/// Finds the light of profiles of one frame.
+/// Radiance of what planes of one frame see.
 pub struct Painter<'a> {
     /// Radiance of lines.
     pub sampler: LineSampler<'a>,
-    /// Haze and sky.
-    pub air: AtmosphereLanes,
     /// The eye: units, units, metres.
     pub eye: DVec3,
     /// Metres per unit.
@@ -29,43 +22,25 @@ pub struct Painter<'a> {
     pub height: f64,
 }
 
-impl Painter<'_> {
-    /// Light that each segment of a profile sends to the eye, through the haze between. `angle` lies between neighbouring planes, seen
-    /// along the ground, radians; `squares` is 1 + a² of each plane.
-    pub fn paint(
-        &mut self,
-        isa: Isa,
-        group: &PlaneGroup,
-        profile: &Profile,
-        angle: f64,
-        squares: &[f32; LANES],
-        lights: &mut Vec<PlaneLight>,
-    ) -> Result<()> {
-        lights.clear();
-        if self.air.has_fog_or_glow() {
-            isa.run(Painting::<true> { painter: self, group, profile, angle, squares, lights })
-        } else {
-            isa.run(Painting::<false> { painter: self, group, profile, angle, squares, lights })
-        }
-    }
+/// Light that segments send to the eye, through the haze between.
+pub struct Painting<'f, 'a> {
+    /// Where radiance comes from.
+    pub painter: &'f mut Painter<'a>,
+    /// The planes.
+    pub group: &'f PlaneGroup,
+    /// Angle between neighbouring planes, seen along the ground, radians.
+    pub angle: f64,
 }
 
-struct Painting<'f, 'a, const FOG_OR_GLOW: bool> {
-    painter: &'f mut Painter<'a>,
-    group: &'f PlaneGroup,
-    profile: &'f Profile,
-    angle: f64,
-    squares: &'f [f32; LANES],
-    lights: &'f mut Vec<PlaneLight>,
-}
-
-impl<const FOG_OR_GLOW: bool> Kernel for Painting<'_, '_, FOG_OR_GLOW> {
-    type Output = Result<()>;
-
+impl<'s, 'a> SegmentLights for Painting<'s, 'a> {
     #[inline(always)]
-    fn run<V: Simd>(self, simd: V) -> Result<()> {
-        let Self { painter, group, profile, angle, squares, lights } = self;
-        let (squares, depth) = (simd.load(squares), simd.load(&group.depth));
+    fn begin<'f, V: Simd, const FOG_OR_GLOW: bool>(
+        self,
+        simd: V,
+        segments: &[VisibleSegment],
+        sight: Sight<'f>,
+    ) -> Result<impl ChunkLights> {
+        let Self { painter, group, angle } = self;
         let planes = PlanesAbove {
             major: group.major,
             forward: group.forward > 0.0,
@@ -75,47 +50,90 @@ impl<const FOG_OR_GLOW: bool> Kernel for Painting<'_, '_, FOG_OR_GLOW> {
             pixel: group.ground * angle / painter.spacing,
         };
 
-        let mut crossings = painter.sampler.under(simd, &planes);
-        let (air, forward) = (painter.air, group.forward as i64);
-        let segments = profile.segments();
-        let mut ahead = [[TexelPlace::default(); 2]; AHEAD];
-        for (places, segment) in ahead.iter_mut().zip(segments) {
-            *places = seek(&mut crossings, &segment.line, forward)?;
-        }
+        let mut painted = Painted::<'f, 's, 'a, V, FOG_OR_GLOW> {
+            simd,
+            air: sight.air,
+            squares: simd.load(sight.squares),
+            depth: simd.load(&group.depth),
+            forward: group.forward as i64,
+            crossings: painter.sampler.under(simd, &planes),
+            places: [TexelPlace::default(); CHUNK],
+        };
+        painted.seek(segments)?;
+        Ok(painted)
+    }
+}
 
-        for (index, segment) in segments.iter().enumerate() {
-            let [place, before] = ahead[index % AHEAD];
-            if let Some(later) = segments.get(index + AHEAD) {
-                ahead[index % AHEAD] = seek(&mut crossings, &later.line, forward)?;
-            }
+/// Segments of sixteen planes, painted up to one of them.
+struct Painted<'f, 's, 'a, V: Simd, const FOG_OR_GLOW: bool> {
+    simd: V,
+    air: &'f AtmosphereLanes,
+    squares: V::F,
+    /// Metres of depth per unit of major distance.
+    depth: V::F,
+    /// Sense along the major axis.
+    forward: i64,
+    crossings: Crossings<'s, 'a, V>,
+    /// Texels of the segments that come next, which are on their way.
+    places: [TexelPlace; CHUNK],
+}
 
+impl<V: Simd, const FOG_OR_GLOW: bool> ChunkLights for Painted<'_, '_, '_, V, FOG_OR_GLOW> {
+    #[inline(always)]
+    fn next(
+        &mut self,
+        chunk: &[VisibleSegment],
+        later: &[VisibleSegment],
+        lights: &mut [PlaneLight],
+    ) -> Result<()> {
+        let here = self.places;
+        self.seek(later)?;
+
+        let (simd, air) = (self.simd, self.air);
+        for ((segment, light), place) in chunk.iter().zip(lights).zip(&here) {
             let (slope, inverse) = (simd.load(&segment.slope.0), simd.load(&segment.inverse.0));
             let colour = if segment.line.share < 1.0 {
-                let (at, share) = between_lines(simd, &segment.line, (inverse * depth).recip());
-                let mut colour = crossings.sample_at(&place, at);
-                let before = crossings.sample_at(&before, at);
-                for (channel, colour) in colour.iter_mut().enumerate() {
-                    let before = before[channel];
-                    *colour = (*colour - before).mul_add(share, before);
-                }
-                colour
+                self.between(segment, place, inverse)?
             } else {
-                crossings.sample(&place)
+                self.crossings.sample(place)
             };
 
             let depth = inverse.recip();
-            let square = slope.mul_add(slope, squares);
+            let square = slope.mul_add(slope, self.squares);
             let slant = square.sqrt_rough();
             let seen = air.haze::<V, FOG_OR_GLOW>(simd, colour, slant * depth, slope * depth);
-            let mut light = PlaneLight::default();
             for (channel, light) in light.iter_mut().enumerate() {
                 seen[channel].store(&mut light.0);
             }
-
-            lights.push(light);
         }
 
         Ok(())
+    }
+}
+
+impl<V: Simd, const FOG_OR_GLOW: bool> Painted<'_, '_, '_, V, FOG_OR_GLOW> {
+    /// Finds where the colours of the first segments come from, and has the processor fetch them.
+    #[inline(always)]
+    fn seek(&mut self, segments: &[VisibleSegment]) -> Result<()> {
+        for (place, segment) in self.places.iter_mut().zip(segments) {
+            *place = self.crossings.seek(image_line(&segment.line))?;
+        }
+        Ok(())
+    }
+
+    /// Radiance of a segment between a line and the one before it.
+    #[inline(always)]
+    fn between(&mut self, segment: &VisibleSegment, place: &TexelPlace, inverse: V::F) -> Result<[V::F; 3]> {
+        let (at, share) = between_lines(self.simd, &segment.line, (inverse * self.depth).recip());
+        let line = image_line(&segment.line);
+        let before = self.crossings.seek(ImageLine { index: line.index - self.forward, ..line })?;
+        let before = self.crossings.sample_at(&before, at);
+        let mut colour = self.crossings.sample_at(place, at);
+        for (channel, colour) in colour.iter_mut().enumerate() {
+            let before = before[channel];
+            *colour = (*colour - before).mul_add(share, before);
+        }
+        Ok(colour)
     }
 }
 
@@ -128,17 +146,8 @@ fn between_lines<V: Simd>(simd: V, mark: &SampleLine, distance: V::F) -> (V::F, 
     (back.neg_mul_add(simd.splat(side), line), simd.splat(1.0) - back)
 }
 
-/// Finds the line that a segment's colour comes from, and the line before it if it is asked for.
+/// Returns the line that a segment's colour comes from.
 #[inline(always)]
-fn seek<V: Simd>(
-    crossings: &mut Crossings<'_, '_, V>,
-    mark: &SampleLine,
-    forward: i64,
-) -> Result<[TexelPlace; 2]> {
-    let line = ImageLine { level: mark.level, index: mark.line, span: mark.span, distance: mark.distance };
-    let place = crossings.seek(line)?;
-    if mark.share < 1.0 {
-        return Ok([place, crossings.seek(ImageLine { index: mark.line - forward, ..line })?]);
-    }
-    Ok([place; 2])
+fn image_line(mark: &SampleLine) -> ImageLine {
+    ImageLine { level: mark.level, index: mark.line, span: mark.span, distance: mark.distance }
 }

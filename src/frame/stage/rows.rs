@@ -1,13 +1,17 @@
 //! Rows of a group of planes: light by the share of a row that each stretch of surface covers.
 //!
 //! ```text
-//! for each stretch in sight, nearest first:
-//!     for each edge between rows that it covers:
-//!         light from the lowest edge up to there  →  sums[edge]
+//! for each chunk of segments, nearest first:
+//!     light of its segments                                              paint
+//!     for each stretch that is in sight:
+//!         for each edge between rows that it covers:
+//!             light from the lowest edge up to there  →  sums[edge]
+//!     for each row that all planes cover:
+//!         (sums[upper edge] − sums[lower edge]) / height  →  row's light
 //! what is left above → sky
-//! for each row:
-//!     (sums[upper edge] − sums[lower edge]) / height  →  row's light
 //! ```
+//!
+//! A chunk's light, and the sums of rows that are not yet closed, are few: they stay in the nearest cache.
 //!
 //! Rows are boxes, not points: a ridge that covers a third of a row gives it a third of its light, and what is narrower
 //! than a row still counts. On a stretch light is linear in the tangent, so that its integral is a parabola.
@@ -15,13 +19,56 @@
 use std::ops::Range;
 
 use super::cell::{Cell, Scale};
-use super::paint::PlaneLight;
 use crate::raymarch::scan::{NO_SLOPE, Profile, RowTable, VisibleSegment};
 use crate::simd::{Each, Floats, Ints, Isa, Kernel, LANES, Mask, Simd, Sixteen};
 use crate::weather::AtmosphereLanes;
+use hedgehop_base::error::Result;
 
 /// Least rise of a stretch, as tangent: keeps quotients finite.
 const LEAST_RISE: f32 = 1.0e-20;
+
+/// Segments of a chunk.
+pub const CHUNK: usize = LANES;
+
+/// Linear light of sixteen planes.
+pub type PlaneLight = [Sixteen; 3];
+
+/// Air that planes look through.
+#[derive(Clone, Copy)]
+pub struct Sight<'f> {
+    /// Haze and sky.
+    pub air: &'f AtmosphereLanes,
+    /// 1 + a² of each plane.
+    pub squares: &'f [f32; LANES],
+}
+
+/// Finds the light that a profile's segments send to the eye.
+pub trait SegmentLights {
+    /// Begins with the first of `segments`.
+    ///
+    /// # Errors
+    /// A page that is damaged.
+    fn begin<'f, V: Simd, const FOG_OR_GLOW: bool>(
+        self,
+        simd: V,
+        segments: &[VisibleSegment],
+        sight: Sight<'f>,
+    ) -> Result<impl ChunkLights>;
+}
+
+/// Finds the light of one chunk of segments after the other.
+pub trait ChunkLights {
+    /// Puts that of the next `chunk` into `lights`, which are as many; `later` are the segments behind it.
+    ///
+    /// # Errors
+    /// A page that is damaged.
+    fn next(
+        &mut self,
+        chunk: &[VisibleSegment],
+        later: &[VisibleSegment],
+        lights: &mut [PlaneLight],
+    ) -> Result<()>;
+}
 
 /// Rows to fill, from the lowest.
 pub struct RowFill<'r> {
@@ -41,21 +88,23 @@ pub struct RowFill<'r> {
 pub type EdgeSums = Vec<PlaneLight>;
 
 impl RowFill<'_> {
-    /// Fills rows with what a profile of `lights` and the sky behind it send. `squares` is 1 + a² of each plane.
+    /// Fills rows with what a profile of `lights` and the sky behind it send.
+    ///
+    /// # Errors
+    /// A page that is damaged.
     pub fn fill(
         self,
         isa: Isa,
         profile: &Profile,
-        lights: &[PlaneLight],
-        air: &AtmosphereLanes,
-        squares: &[f32; LANES],
+        lights: impl SegmentLights,
+        sight: Sight<'_>,
         sums: &mut EdgeSums,
-    ) {
+    ) -> Result<()> {
         sums.resize(self.cells.len() + 1, PlaneLight::default());
-        if air.has_fog_or_glow() {
-            isa.run(RowFilling::<true> { rows: self, profile, lights, air, squares, sums });
+        if sight.air.has_fog_or_glow() {
+            isa.run(RowFilling::<_, true> { rows: self, profile, lights, sight, sums })
         } else {
-            isa.run(RowFilling::<false> { rows: self, profile, lights, air, squares, sums });
+            isa.run(RowFilling::<_, false> { rows: self, profile, lights, sight, sums })
         }
     }
 
@@ -67,97 +116,89 @@ impl RowFill<'_> {
     }
 }
 
-struct RowFilling<'f, 'r, const FOG_OR_GLOW: bool> {
+struct RowFilling<'f, 'r, L, const FOG_OR_GLOW: bool> {
     rows: RowFill<'r>,
     profile: &'f Profile,
-    lights: &'f [PlaneLight],
-    air: &'f AtmosphereLanes,
-    squares: &'f [f32; LANES],
+    lights: L,
+    sight: Sight<'f>,
     sums: &'f mut [PlaneLight],
 }
 
-impl<const FOG_OR_GLOW: bool> Kernel for RowFilling<'_, '_, FOG_OR_GLOW> {
-    type Output = ();
+impl<L: SegmentLights, const FOG_OR_GLOW: bool> Kernel for RowFilling<'_, '_, L, FOG_OR_GLOW> {
+    type Output = Result<()>;
 
     #[inline(always)]
-    fn run<V: Simd>(self, simd: V) {
-        let Self { rows, profile, lights, air, squares, sums } = self;
+    fn run<V: Simd>(self, simd: V) -> Result<()> {
+        let Self { rows, profile, lights: source, sight, sums } = self;
         let edges = &rows.row_table.edges[rows.first..=rows.first + rows.cells.len()];
-        let mut covering =
-            Covering { simd, covered: simd.splat(edges[0]), light: [simd.splat(0.0); 3], edges, sums, rows };
+        let mut covering = Covering {
+            simd,
+            covered: simd.splat(edges[0]),
+            light: [simd.splat(0.0); 3],
+            edges,
+            sums,
+            rows,
+            closed: 0,
+        };
         covering.close(simd.mask(u16::MAX), 0);
-        let mut spans = Spans { at: 1, ..Spans::default() };
 
-        loop {
-            // Where loops end is known long before they are run: they need not wait for each other.
-            spans.find(simd, &covering, profile.segments());
-            for index in 0..spans.count {
-                let segment = spans.segments[index];
-                let (Some(segments), Some(lights)) =
-                    (profile.segments().get(segment - 1..=segment), lights.get(segment - 1..=segment))
-                else {
-                    continue;
-                };
-                let stretch = RowStretch {
-                    slopes: [simd.load(&segments[0].slope.0), simd.load(&segments[1].slope.0)],
-                    inverse: [&segments[0].inverse, &segments[1].inverse],
-                    lights: [&lights[0], &lights[1]],
-                };
-                let row_table = covering.rows.row_table;
-                let edges = row_table.between(spans.cells[0][index], spans.cells[1][index]);
-                covering.cover(&stretch, covering.rows.own(edges));
-            }
-
-            if spans.count < LANES {
-                break;
-            }
+        let segments = profile.segments();
+        let mut source = source.begin::<V, FOG_OR_GLOW>(simd, segments, sight)?;
+        // Before the lights of a chunk stands that of the segment before it.
+        let mut lights = [PlaneLight::default(); CHUNK + 1];
+        for first in (0..segments.len()).step_by(CHUNK) {
+            let (chunk, later) = segments[first..].split_at(CHUNK.min(segments.len() - first));
+            lights[0] = lights[CHUNK];
+            source.next(chunk, later, &mut lights[1..=chunk.len()])?;
+            covering.take(
+                &segments[first.saturating_sub(1)..first + chunk.len()],
+                &lights[usize::from(first == 0)..],
+            );
+            covering.close_rows();
         }
 
-        covering.finish::<FOG_OR_GLOW>(air, simd.load(squares));
+        covering.finish::<FOG_OR_GLOW>(sight);
+        Ok(())
     }
 }
 
-/// The next stretches that are in sight, and which edges they may cover.
+/// Stretches of a chunk that are in sight, and which edges they may cover.
 #[derive(Default)]
-struct Spans {
-    /// The segments that they end in.
-    segments: [usize; LANES],
+struct Stretches {
+    /// The segments before those that they end in.
+    segments: [usize; CHUNK],
     count: usize,
     /// Cells of the row table, first and last.
     cells: [[i32; LANES]; 2],
-    /// The segment to look at next.
-    at: usize,
 }
 
-impl Spans {
-    /// Goes on to the next ones.
+impl Stretches {
+    /// Finds those between neighbours of at most [`CHUNK`] + 1 segments.
     #[inline(always)]
-    fn find<V: Simd>(&mut self, simd: V, covering: &Covering<'_, V>, segments: &[VisibleSegment]) {
+    fn find<V: Simd>(simd: V, covering: &Covering<'_, V>, segments: &[VisibleSegment]) -> Self {
+        let mut stretches = Self::default();
         let mut covered = covering.covered;
         let [lowest, highest] = [-NO_SLOPE, NO_SLOPE].each(|slope| simd.splat(slope));
         let mut ends = [[0.0; LANES]; 2];
-        self.count = 0;
 
-        while self.count < LANES
-            && let Some(segment) = segments.get(self.at)
-        {
+        for (before, segment) in segments[1..].iter().enumerate() {
             let high = simd.load(&segment.slope.0);
             let rises = covered.lt(high);
-            if !segment.line.begins && rises.any() {
-                ends[0][self.count] = covered.select(rises, lowest).least();
-                ends[1][self.count] = high.select(rises, highest).greatest();
-                self.segments[self.count] = self.at;
-                self.count += 1;
+            if !segment.line.begins && rises.any() && stretches.count < CHUNK {
+                ends[0][stretches.count] = covered.select(rises, lowest).least();
+                ends[1][stretches.count] = high.select(rises, highest).greatest();
+                stretches.segments[stretches.count] = before;
+                stretches.count += 1;
                 covered = covered.max(high);
             }
-            self.at += 1;
         }
 
         let [low, high] = ends.each(|ends| simd.load(&ends));
         let cells = covering.rows.row_table.cells(simd, low, high);
-        for (end, target) in self.cells.iter_mut().enumerate() {
+        for (end, target) in stretches.cells.iter_mut().enumerate() {
             cells[end].store(target);
         }
+        stretches
     }
 }
 
@@ -165,7 +206,7 @@ impl Spans {
 struct RowStretch<'s, V: Simd> {
     slopes: [V::F; 2],
     inverse: [&'s Sixteen; 2],
-    lights: [&'s PlaneLight; 2],
+    lights: &'s [PlaneLight; 2],
 }
 
 /// Planes on their way up the rows.
@@ -178,9 +219,33 @@ struct Covering<'r, V: Simd> {
     /// Tangent up to which each plane is covered, and light up to there: light times tangent.
     covered: V::F,
     light: [V::F; 3],
+    /// Rows, from the lowest, that are finished.
+    closed: usize,
 }
 
 impl<V: Simd> Covering<'_, V> {
+    /// Takes in the stretches between neighbours of some segments, and their lights.
+    #[inline(always)]
+    fn take(&mut self, segments: &[VisibleSegment], lights: &[PlaneLight]) {
+        let simd = self.simd;
+        // Where loops end is known long before they are run: they need not wait for each other.
+        let stretches = Stretches::find(simd, self, segments);
+        for (index, &before) in stretches.segments[..stretches.count].iter().enumerate() {
+            let (Some([near, far]), Some(lights)) =
+                (segments[before..].first_chunk(), lights[before..].first_chunk())
+            else {
+                continue;
+            };
+            let stretch = RowStretch {
+                slopes: [simd.load(&near.slope.0), simd.load(&far.slope.0)],
+                inverse: [&near.inverse, &far.inverse],
+                lights,
+            };
+            let edges = self.rows.row_table.between(stretches.cells[0][index], stretches.cells[1][index]);
+            self.cover(&stretch, self.rows.own(edges));
+        }
+    }
+
     /// Takes in a stretch, which covers no other edges than those of `span`.
     #[inline(always)]
     fn cover(&mut self, stretch: &RowStretch<'_, V>, span: Range<usize>) {
@@ -208,8 +273,8 @@ impl<V: Simd> Covering<'_, V> {
         let high = high.select(rises, simd.splat(NO_SLOPE));
         let edges = self.edges.get(span.clone()).unwrap_or_default();
         let sums = self.sums.get_mut(span).unwrap_or_default();
-        for (index, sums) in sums.iter_mut().enumerate() {
-            let edge = simd.splat(edges[index]);
+        for (edge, sums) in edges.iter().zip(sums) {
+            let edge = simd.splat(*edge);
             let passed = edge.le(high) & self.covered.lt(edge);
             let rise = edge - self.covered;
             for channel in 0..3 {
@@ -254,45 +319,61 @@ impl<V: Simd> Covering<'_, V> {
         }
     }
 
-    /// Leaves what is above to the sky, and takes light from edges to rows.
+    /// Takes light from edges to rows that all planes cover.
     #[inline(always)]
-    fn finish<const FOG_OR_GLOW: bool>(mut self, air: &AtmosphereLanes, squares: V::F) {
-        let simd = self.simd;
+    fn close_rows(&mut self) {
         let least = self.covered.least();
-        let open = self.edges.partition_point(|&edge| edge <= least);
-        for index in open..self.edges.len() {
+        let rows = &mut self.rows;
+        let per_row = &rows.row_table.per_row[rows.first..];
+        while let Some(cell) = rows.cells.get_mut(self.closed)
+            && let Some([low, high]) = self.sums[self.closed..].first_chunk()
+            && self.edges[self.closed + 1] <= least
+        {
+            let light = between(self.simd, [low, high], per_row[self.closed]);
+            rows.scale.encode(self.simd, light).store(&mut cell.0);
+            self.closed += 1;
+        }
+    }
+
+    /// Leaves what is above to the sky.
+    #[inline(always)]
+    fn finish<const FOG_OR_GLOW: bool>(mut self, sight: Sight<'_>) {
+        let simd = self.simd;
+        self.close_rows();
+        let open = self.closed + 1;
+        // Above this edge there is nothing but sky.
+        let greatest = self.covered.greatest();
+        let clear = self.edges.partition_point(|&edge| edge < greatest).max(open);
+        for index in open..self.edges.len().min(clear + 1) {
             let planes = self.covered.lt(simd.splat(self.edges[index]));
             self.close(planes, index);
         }
 
-        let Self { rows, sums, covered, edges, .. } = self;
-        let first_sky = (open - 1).min(rows.cells.len());
-        let (ground, sky) = rows.cells.split_at_mut(first_sky);
+        let Self { rows, sums, covered, edges, closed, .. } = self;
+        let (air, squares) = (sight.air, simd.load(sight.squares));
         let row_table = rows.row_table;
         let (per_rows, centres) = (&row_table.per_row[rows.first..], &row_table.centres[rows.first..]);
-        for (row, cell) in ground.iter_mut().enumerate() {
-            rows.scale.encode(simd, between(simd, &sums[row..row + 2], per_rows[row])).store(&mut cell.0);
-        }
-
-        for (index, cell) in sky.iter_mut().enumerate() {
-            let row = first_sky + index;
-            let per_row = per_rows[row];
-            let mut seen = between(simd, &sums[row..row + 2], per_row);
+        let zero = simd.splat(0.0);
+        for (row, cell) in rows.cells.iter_mut().enumerate().skip(closed) {
             let tangent = simd.splat(centres[row]);
             let sine = tangent * tangent.mul_add(tangent, squares).rsqrt();
+            let mut seen = air.sky::<V, FOG_OR_GLOW>(simd, sine);
+            let mut is_sky = simd.mask(u16::MAX);
 
-            // What is left of the row above the surface.
-            let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
-            let top = simd.splat(edges[row + 1]);
-            let share = ((top - covered) * simd.splat(per_row)).max(zero).min(one);
-            let sky = air.sky::<V, FOG_OR_GLOW>(simd, sine);
-            for (channel, seen) in seen.iter_mut().enumerate() {
-                *seen = sky[channel].mul_add(share, *seen);
+            if row < clear {
+                // What is left of the row above the surface.
+                let (top, per_row) = (simd.splat(edges[row + 1]), per_rows[row]);
+                let share = ((top - covered) * simd.splat(per_row)).max(zero).min(simd.splat(1.0));
+                let surface = between(simd, [&sums[row], &sums[row + 1]], per_row);
+                for (channel, seen) in seen.iter_mut().enumerate() {
+                    *seen = seen.mul_add(share, surface[channel]);
+                }
+                is_sky = covered.lt(top) & covered.le(tangent);
             }
 
             rows.scale.encode(simd, seen).store(&mut cell.0);
             if let Some(inverse) = rows.inverse.get_mut(row) {
-                zero.store_masked(covered.lt(top) & covered.le(tangent), &mut inverse.0);
+                zero.store_masked(is_sky, &mut inverse.0);
             }
         }
     }
@@ -300,7 +381,7 @@ impl<V: Simd> Covering<'_, V> {
 
 /// Light of the row between two edges.
 #[inline(always)]
-fn between<V: Simd>(simd: V, edges: &[PlaneLight], per_row: f32) -> [V::F; 3] {
+fn between<V: Simd>(simd: V, edges: [&PlaneLight; 2], per_row: f32) -> [V::F; 3] {
     let mut light = [simd.splat(0.0); 3];
     for (channel, light) in light.iter_mut().enumerate() {
         let (low, high) = (simd.load(&edges[0][channel].0), simd.load(&edges[1][channel].0));

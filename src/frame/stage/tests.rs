@@ -5,11 +5,12 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 
 use super::cell::{Cell, Scale};
-use super::paint::PlaneLight;
-use super::{EdgeSums, RowFill};
-use crate::raymarch::scan::{NO_SLOPE, Post, Profile, RowCoordinate, RowTable, SampleLine};
+use super::rows::{ChunkLights, PlaneLight, SegmentLights};
+use super::{EdgeSums, RowFill, Sight};
+use crate::raymarch::scan::{NO_SLOPE, Post, Profile, RowCoordinate, RowTable, SampleLine, VisibleSegment};
 use crate::simd::{Ints, Isa, Kernel, LANES, Simd, Sixteen};
 use crate::weather::{Atmosphere, AtmosphereLanes};
+use hedgehop_base::error::Result;
 
 const ROWS: usize = 40;
 
@@ -29,6 +30,36 @@ impl Kernel for Posts<'_> {
             let post = Post::<V> { slope: simd.load(&slopes.0), inverse, line: mark };
             if *begins { self.1.begin(&post) } else { self.1.add(&post, true) }
         }
+    }
+}
+
+/// Given lights.
+struct Given<'l>(&'l [PlaneLight]);
+
+impl SegmentLights for Given<'_> {
+    fn begin<'f, V: Simd, const FOG_OR_GLOW: bool>(
+        self,
+        _: V,
+        segments: &[VisibleSegment],
+        _: Sight<'f>,
+    ) -> Result<impl ChunkLights> {
+        assert_eq!(segments.len(), self.0.len());
+        Ok(self)
+    }
+}
+
+impl ChunkLights for Given<'_> {
+    fn next(
+        &mut self,
+        chunk: &[VisibleSegment],
+        later: &[VisibleSegment],
+        lights: &mut [PlaneLight],
+    ) -> Result<()> {
+        let (here, rest) = self.0.split_at(chunk.len());
+        assert_eq!(rest.len(), later.len());
+        lights.copy_from_slice(here);
+        self.0 = rest;
+        Ok(())
     }
 }
 
@@ -63,7 +94,8 @@ fn fill(
     let rows = RowFill { row_table: &row_table, first: BELOW, cells: &mut cells, scale: Scale::ALL, inverse };
     // What was in the memory before must not matter.
     let mut sums: EdgeSums = vec![[Sixteen([f32::NAN; LANES]); 3]; 2 * ROWS];
-    rows.fill(isa, profile, lights, &air, &[1.0; LANES], &mut sums);
+    let sight = Sight { air: &air, squares: &[1.0; LANES] };
+    rows.fill(isa, profile, Given(lights), sight, &mut sums).unwrap();
     cells
 }
 

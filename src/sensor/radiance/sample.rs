@@ -19,6 +19,9 @@ const SPANS: usize = 3;
 /// Footprints across, in voxels, from which texels of two and of four are used.
 const WIDER: [f64; 2] = [1.42, 2.84];
 
+/// Begin of registers that do not hold all texels.
+const FAR: u32 = u32::MAX;
+
 /// Texels under sixteen planes up to which two registers hold them, what rounding takes on either side, and a neighbour.
 const NARROW: f64 = 2.0 * LANES as f64 - 5.0;
 
@@ -73,12 +76,13 @@ pub struct Crossings<'s, 'a, V: Simd> {
 #[derive(Debug, Clone, Copy, Default)]
 pub struct TexelPlace {
     /// Index of the run; beyond the last one: black.
-    run: usize,
+    run: u32,
     /// Line within the images.
-    within: usize,
-    /// Begin of two registers that hold all texels, and begin of the line from there; none if they do not hold
-    /// them.
-    near: Option<(usize, i32)>,
+    within: u32,
+    /// Begin of two registers that hold all texels; [`FAR`] if they do not.
+    start: u32,
+    /// Begin of the line from there.
+    origin: i32,
     distance: f32,
 }
 
@@ -161,14 +165,14 @@ impl<V: Simd> Crossings<'_, '_, V> {
             if let Some(run) = self.runs.get(self.latest[slot(line.span)])
                 && run.serves(&line)
             {
-                return Ok(self.place(run, &line));
+                return Ok(self.place(self.latest[slot(line.span)], run, &line));
             }
 
             match self.search.run(&line)? {
                 Some(run) => {
-                    self.latest[slot(line.span)] = self.runs.len();
-                    let mut place = self.place(&run, &line);
-                    place.run = self.runs.len();
+                    let index = self.runs.len();
+                    self.latest[slot(line.span)] = index;
+                    let place = self.place(index, &run, &line);
                     self.runs.push(run);
                     return Ok(place);
                 }
@@ -180,18 +184,25 @@ impl<V: Simd> Crossings<'_, '_, V> {
                         ..line
                     };
                 }
-                None => return Ok(TexelPlace { run: usize::MAX, ..TexelPlace::default() }),
+                None => return Ok(TexelPlace { run: u32::MAX, ..TexelPlace::default() }),
             }
         }
     }
 
     #[inline(always)]
-    fn place(&self, run: &TexelRun, line: &ImageLine) -> TexelPlace {
+    fn place(&self, index: usize, run: &TexelRun, line: &ImageLine) -> TexelPlace {
         // A line before the area is lit as its first one.
         let within = line.index.saturating_sub(run.first_line).max(0) as usize >> run.span;
-        let mut place =
-            TexelPlace { run: self.latest[slot(line.span)], within, near: None, distance: line.distance };
-        if let Some(image) = &run.images[0] {
+        let mut place = TexelPlace {
+            run: index as u32,
+            within: within as u32,
+            start: FAR,
+            origin: 0,
+            distance: line.distance,
+        };
+
+        let [first, beside @ ..] = &run.images;
+        if let Some(image) = first {
             let row = image.start_of(within);
             let start = row + run.start(line.distance);
             for texel in [0, LANES, 2 * LANES - 1] {
@@ -199,9 +210,16 @@ impl<V: Simd> Crossings<'_, '_, V> {
             }
             if line.distance <= run.narrow_to {
                 let start = start.min(image.texels.len().saturating_sub(2 * LANES));
-                place.near = Some((start, row as i32 - start as i32));
+                (place.start, place.origin) = (start as u32, row as i32 - start as i32);
             }
         }
+        for image in beside.iter().map_while(Option::as_ref) {
+            let row = image.start_of(within);
+            for texel in [0, LANES] {
+                self.simd.prefetch(&image.texels, row + texel);
+            }
+        }
+
         place
     }
 
@@ -215,17 +233,18 @@ impl<V: Simd> Crossings<'_, '_, V> {
     #[inline(always)]
     pub fn sample_at(&self, place: &TexelPlace, distance: V::F) -> [V::F; 3] {
         let simd = self.simd;
-        let Some(run) = self.runs.get(place.run) else { return [simd.splat(0.0); 3] };
+        let Some(run) = self.runs.get(place.run as usize) else { return [simd.splat(0.0); 3] };
         let at = self.minor.mul_add(distance * simd.splat(run.per_unit), simd.splat(run.eye));
-        if let Some((start, origin)) = place.near
+        if place.start != FAR
             && let Some(image) = &run.images[0]
-            && let Some(near) = image.texels.get(start..).and_then(<[u32]>::first_chunk::<{ 2 * LANES }>)
+            && let Some(near) = image.texels.get(place.start as usize..)
+            && let Some(near) = near.first_chunk::<{ 2 * LANES }>()
         {
             // The area's edge goes on as its outermost texels.
             let at = at.max(simd.splat(-1.0)).min(simd.splat(image.row as f32 - 2.001));
-            return between_near(simd, near, at, origin);
+            return between_near(simd, near, at, place.origin);
         }
-        run.wide(simd, at, place.within)
+        run.wide(simd, at, place.within as usize)
     }
 }
 
