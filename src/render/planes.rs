@@ -21,8 +21,8 @@ use crate::frame::{Frame, Picture};
 use crate::pixels::Pixels;
 use crate::raymarch::PageCursor;
 use crate::raymarch::scan::{
-    FootprintGroup, KeptPlanes, MarchField, Outlook, PageFootprint, PlaneGroup, PlaneMarch, Profile,
-    RowTable, Strides,
+    BoundPyramid, FootprintGroup, KeptPlanes, MarchField, Outlook, PageFootprint, PlaneGroup, PlaneMarch,
+    Profile, RowTable, Strides,
 };
 use crate::sensor::radiance::{LineSampler, RadiancePages};
 use crate::simd::{LANES, Sixteen};
@@ -325,11 +325,12 @@ fn see(
     let rays = Mutex::new(Rays::default());
     let unpainted = Mutex::new(Unpainted::default());
 
+    let bounds = renderer.shared.bounds.get_or_init(|| BoundPyramid::new(renderer.source));
     // What a worker looked up serves all of its tasks.
     let worker = |waits: bool| {
         let light = RadiancePages::new(renderer.source, &renderer.lit.radiance);
         Worker {
-            march: PlaneMarch::new(renderer.source, &renderer.shared.turned, strides.clone()),
+            march: PlaneMarch::new(renderer.source, &renderer.shared.turned, strides.clone(), bounds),
             paint: Paint {
                 painter: Painter {
                     sampler: LineSampler::new(if waits { light } else { light.without_waiting() }),

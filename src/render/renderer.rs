@@ -11,7 +11,7 @@ use crate::cache::Used;
 use crate::frame::Picture;
 use crate::frame::stage::EdgeSums;
 use crate::raymarch::BlockTable;
-use crate::raymarch::scan::{Profile, TurnedPages};
+use crate::raymarch::scan::{BoundPyramid, Profile, TurnedPages};
 use crate::sensor::Facets;
 use crate::sensor::radiance::Radiance;
 use crate::simd::Isa;
@@ -50,6 +50,7 @@ pub struct Renderer<'a> {
 /// State that frames of one database share under any sun.
 #[derive(Debug, Default)]
 pub(super) struct SharedState {
+    pub(super) bounds: OnceLock<BoundPyramid>,
     pub(super) turned: TurnedPages,
     pub(super) screen: LastScreen,
     pub(super) plane_images: Used<PlaneImage>,

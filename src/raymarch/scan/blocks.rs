@@ -78,6 +78,45 @@ impl Way {
         (self.frontier as f64 - self.eye) * self.forward
     }
 
+    /// The index of the square of a side (units, a power of two) in which the way goes on, and the way from its far edge; `None`: the area ends.
+    pub fn square(&self, side: i64) -> Option<(i64, Self)> {
+        let ahead = self.forward > 0.0;
+        if self.is_done() {
+            return None;
+        }
+        let index = (if ahead { self.frontier } else { self.frontier - 1 }).div_euclid(side);
+        let frontier = if ahead { ((index + 1) * side).min(self.size) } else { index * side };
+        Some((index, Self { frontier, ..*self }))
+    }
+
+    /// The same way from the beginning of the block of a stride on in which it has come to here.
+    pub fn back_to_block(&self, stride: Stride) -> Self {
+        let side = i64::from(Grid::side_units(stride.level)) * stride.block_lines();
+        let frontier = if self.forward > 0.0 {
+            (self.frontier - 1).div_euclid(side) * side
+        } else {
+            ((self.frontier.div_euclid(side) + 1) * side).min(self.size)
+        };
+        Self { frontier, ..*self }
+    }
+
+    /// Major distance of the last line of a stride before here, units.
+    pub fn line_before(&self, stride: Stride) -> f64 {
+        let (level_side, every) = (i64::from(Grid::side_units(stride.level)), i64::from(stride.lines));
+        let line = if self.forward > 0.0 {
+            (self.frontier / level_side - 1).div_euclid(every) * every
+        } else {
+            ((self.frontier + level_side - 1) / level_side + every - 1).div_euclid(every) * every
+        };
+        self.distance(stride.level, line)
+    }
+
+    /// Whether the area ends.
+    #[inline(always)]
+    fn is_done(&self) -> bool {
+        if self.forward > 0.0 { self.frontier >= self.size } else { self.frontier <= 0 }
+    }
+
     /// Whether a block lies behind.
     pub fn is_past(&self, block: &LineBlock) -> bool {
         if self.forward > 0.0 {
@@ -118,7 +157,7 @@ impl Way {
     #[inline(always)]
     pub fn next(&mut self, stride: Stride, reached: f64) -> Option<LineBlock> {
         let ahead = self.forward > 0.0;
-        if if ahead { self.frontier >= self.size } else { self.frontier <= 0 } {
+        if self.is_done() {
             return None;
         }
 

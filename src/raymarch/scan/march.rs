@@ -8,7 +8,7 @@ use super::ground::PlaneGround;
 use super::lines::{LinePosts, Lines};
 use super::profile::{NO_SLOPE, Post};
 use super::strides::Stride;
-use super::{Pages, PlaneGroup, Profile, Strides, TurnedPages};
+use super::{BoundPyramid, Pages, PlaneGroup, Profile, Strides, TurnedPages};
 use crate::simd::{Each, Floats, Isa, Kernel, LANES, Mask, Simd, Sixteen};
 use crate::voxel::{BARE, Grid, HeightCode, PageSource};
 use hedgehop_base::error::Result;
@@ -57,12 +57,19 @@ pub struct PlaneMarch<'a> {
     pub(super) level_count: u8,
     /// Height that no surface reaches, metres above the datum.
     ceiling: f64,
-    strides: Strides,
+    pub(super) strides: Strides,
+    /// Bounds that wide stretches are passed over by.
+    pub(super) bounds: &'a BoundPyramid,
 }
 
 impl<'a> PlaneMarch<'a> {
     /// A march over `source`, with lines as far apart as `strides` says.
-    pub fn new(source: &'a dyn PageSource, turned: &'a TurnedPages, strides: Strides) -> Self {
+    pub fn new(
+        source: &'a dyn PageSource,
+        turned: &'a TurnedPages,
+        strides: Strides,
+        bounds: &'a BoundPyramid,
+    ) -> Self {
         let header = source.header();
         Self {
             pages: Pages::new(source, turned),
@@ -71,7 +78,18 @@ impl<'a> PlaneMarch<'a> {
             level_count: header.level_count,
             ceiling: header.height_range.high + header.heights.scale,
             strides,
+            bounds,
         }
+    }
+
+    /// Returns the level index of the voxels whose bounds skip a stride's blocks, and how many of them lie along one; `None` where they are too
+    /// many.
+    pub(super) fn bounding(&self, stride: &Stride) -> Option<(u8, i64)> {
+        // Where there are no voxels as long as a block, a few shorter ones.
+        let level = stride.skip_level().min(self.level_count - 1);
+        let block = stride.block_lines() * i64::from(Grid::side_units(stride.level));
+        let voxels = block / i64::from(Grid::side_units(level));
+        (voxels <= MOST_VOXELS).then_some((level, voxels))
     }
 
     /// Finds what the planes of `group` see from `eye` (units, units, metres) of the surface, within `field`. Returns the major distance up to
@@ -234,6 +252,9 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
 
             self.way = way;
             self.march_block(&block)?;
+            if !self.is_begun && chosen.level != BARE {
+                self.leap(stride);
+            }
         }
 
         Ok(self.bare_until)
@@ -408,7 +429,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
 
     /// Position across, least and greatest, of the planes between two major distances, units.
     #[inline(always)]
-    fn units(&self, distances: [f64; 2]) -> [f64; 2] {
+    pub(super) fn units(&self, distances: [f64; 2]) -> [f64; 2] {
         let eye = self.eye[1 - self.group.major];
         let [a, b] = [0, LANES - 1].each(|lane| f64::from(self.group.minor[lane]));
         let (low, high) = (a.min(b), a.max(b));
@@ -421,12 +442,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
     /// Whether all rays clear the highest surface from here to the end of a block.
     #[inline(always)]
     pub(super) fn is_hidden(&mut self, block: &LineBlock) -> Result<bool> {
-        let level = block.stride.skip_level().min(self.march.level_count - 1);
-        // Where there are no voxels as long as the block, a few shorter ones.
-        let voxels = block.side / i64::from(Grid::side_units(level));
-        if voxels > MOST_VOXELS {
-            return Ok(false);
-        }
+        let Some((level, voxels)) = self.march.bounding(&block.stride) else { return Ok(false) };
 
         let end = self.way.end(block);
         let dims = self.march.grid.dims(level);
@@ -441,14 +457,18 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         if code == u16::MAX {
             return Ok(false);
         }
+        Ok(self.hides(code, [self.reached, end as f32]))
+    }
+
+    /// Whether all rays clear a surface that is nowhere higher than a code between two major distances.
+    #[inline(always)]
+    pub(super) fn hides(&self, code: u16, [from, to]: [f32; 2]) -> bool {
         if code == HeightCode::EMPTY {
-            return Ok(true);
+            return true;
         }
-
         let height = self.march.heights.offset + self.march.heights.scale * f64::from(code) - self.eye.z;
-        let (from, to) = (self.simd.splat(self.reached), self.simd.splat(end as f32));
+        let (from, to) = (self.simd.splat(from), self.simd.splat(to));
         let top = self.ground.drop.neg_mul_add(from * from, self.simd.splat(height as f32));
-
-        Ok((self.clears(from, top) & self.clears(to, top) | self.is_full()).all())
+        (self.clears(from, top) & self.clears(to, top) | self.is_full()).all()
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! for each block of lines along the major axis, nearest first:
-//!     its highest surface lies below the horizon of every plane → next block
+//!     its highest surface lies below the horizon of every plane → next block, or a leap over many
 //!     for each line of the block, a stride apart:
 //!         slope = (height of the line where each plane crosses it) / depth         one gather
 //!         slope is above a plane's horizon →
@@ -30,11 +30,13 @@
 
 mod advance;
 mod blocks;
+mod bound_pyramid;
 mod bounds;
 mod edge;
 mod footprint;
 mod ground;
 mod group;
+mod leap;
 mod lines;
 mod march;
 mod pages;
@@ -50,6 +52,7 @@ mod strides;
 mod turned;
 mod upright;
 
+pub use bound_pyramid::BoundPyramid;
 pub use bounds::highest_code;
 pub use footprint::{FootprintGroup, PageFootprint};
 pub use group::PlaneGroup;

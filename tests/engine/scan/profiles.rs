@@ -7,7 +7,8 @@ use proptest::prelude::*;
 
 use hedgehop::Result;
 use hedgehop::raymarch::scan::{
-    MarchField, Outlook, Pages, PlaneGroup, PlaneMarch, Profile, Strides, TurnedPages, highest_code,
+    BoundPyramid, MarchField, Outlook, Pages, PlaneGroup, PlaneMarch, Profile, Strides, TurnedPages,
+    highest_code,
 };
 use hedgehop::raymarch::{GridRay, LevelBands, Marcher, Surface, ground_height};
 use hedgehop::simd::{Isa, LANES};
@@ -99,6 +100,11 @@ impl View {
 
     /// What planes see where steep ground is looked at `detail` times as closely as usual.
     fn profile(&self, source: &dyn PageSource, isa: Isa, detail: f32) -> Profile {
+        self.profile_by(source, isa, detail, &BoundPyramid::new(source))
+    }
+
+    /// The same, where `bounds` are leaped over.
+    fn profile_by(&self, source: &dyn PageSource, isa: Isa, detail: f32, bounds: &BoundPyramid) -> Profile {
         let grid = source.header().grid;
         let ground = (self.eye.truncate() - grid.origin) / grid.spacing;
         let group = PlaneGroup::new(&grid, ground, &self.directions(), 0.0);
@@ -107,7 +113,7 @@ impl View {
         let tangents = [0, ROWS - 1].map(|row| self.tangent(row));
         let field = MarchField { tangents, row: [self.pixel as f32; 2], detail };
         let (turned, mut profile) = (TurnedPages::default(), Profile::default());
-        PlaneMarch::new(source, &turned, strides)
+        PlaneMarch::new(source, &turned, strides, bounds)
             .see(isa, ground.extend(self.eye.z), &group, field, &mut profile)
             .unwrap();
         profile
@@ -119,11 +125,15 @@ impl View {
 
     /// Ranges of rows and planes; infinite: sky.
     pub fn march(&self, source: &dyn PageSource, isa: Isa) -> Vec<[f64; LANES]> {
-        let profile = self.profile(source, isa, 1.0);
+        self.ranges(&self.profile(source, isa, 1.0))
+    }
+
+    /// Ranges of rows and planes in a profile; infinite: sky.
+    fn ranges(&self, profile: &Profile) -> Vec<[f64; LANES]> {
         (0..ROWS)
             .map(|row| {
                 std::array::from_fn(|lane| {
-                    let inverse = inverse_depth(&profile, lane, self.tangent(row));
+                    let inverse = inverse_depth(profile, lane, self.tangent(row));
                     1.0 / f64::from(inverse) / self.elevation(row).to_radians().cos()
                 })
             })
@@ -358,6 +368,19 @@ proptest! {
         let scale = Grid::side_units(coarsest) / Grid::side_units(level);
         let (exact, sparse, coarse) = (bound(all, level, 1), bound(&sparse, level, 1), bound(all, coarsest, scale));
         prop_assert!(exact <= sparse && sparse <= coarse, "{exact} {sparse} {coarse}");
+    }
+
+    #[test]
+    fn leaps_change_nothing_that_is_seen(
+        seed in 0_u32..SEEDS, x in -900.0..1600.0_f64, y in -900.0..1400.0_f64, z in 0.0..900.0_f64,
+        yaw in 0.0..360.0_f64, low in -40.0..0.0_f64, extent in 1.0..60.0_f64, pixel in 1e-4..0.03_f64,
+    ) {
+        let source = holed(seed);
+        let eye = (source.header().grid.origin + DVec2::new(x, y)).extend(z);
+        let view = View { eye, yaw, elevations: [low, low + extent], pixel };
+        let with = view.ranges(&view.profile(source, Isa::best(), 1.0));
+        let without = view.ranges(&view.profile_by(source, Isa::best(), 1.0, &BoundPyramid::default()));
+        prop_assert_eq!(with, without);
     }
 
     #[test]
