@@ -36,9 +36,6 @@ impl BoundPyramid {
         let (columns, rows) = header.grid.page_dims(level);
         for (px, py) in (0..rows).flat_map(|py| (0..columns).map(move |px| (px, py))) {
             let id = PageId { level, px, py };
-            if source.has(id) && !source.is_at_hand(id) {
-                source.bring(&[id]);
-            }
             let Ok(Some(page)) = source.bounds(id) else { continue };
             let [west, south] = [px, py].each(|index| (index * PAGE_SIDE) as usize);
             for (row, high) in page.high.chunks_exact(page.width as usize).enumerate() {

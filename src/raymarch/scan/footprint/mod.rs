@@ -106,7 +106,8 @@ impl<'a> PageFootprint<'a> {
 
     /// The parts of pages as planes come to them: those that are likely to be touched, then the others; of both wedge by wedge, and the nearest of
     /// each first.
-    pub fn into_needs(self) -> PageNeeds {
+    pub fn into_needs(mut self) -> PageNeeds {
+        self.needs.add_coarsest_bounds();
         self.needs.into_page_needs()
     }
 

@@ -163,6 +163,19 @@ impl<'a> Needs<'a> {
         }
     }
 
+    /// Notes the bounds of the coarsest level, of which a [pyramid](crate::raymarch::scan::BoundPyramid) is made.
+    pub fn add_coarsest_bounds(&mut self) {
+        let level = self.level_count - 1;
+        let (columns, rows) = self.source.header().grid.page_dims(level);
+        let place = FirstNeed { is_doubtful: false, wedge: self.wedges, distance: f64::INFINITY };
+        for (px, py) in (0..rows).flat_map(|py| (0..columns).map(move |px| (px, py))) {
+            let known = self.parts.entry(PagePart::Bounds(PageId { level, px, py })).or_insert(place);
+            if known.is_doubtful {
+                *known = place;
+            }
+        }
+    }
+
     /// The parts of pages as planes come to them: those that are likely to be touched, then the others; of both wedge by wedge, and the nearest of
     /// each first.
     pub fn into_page_needs(self) -> PageNeeds {
