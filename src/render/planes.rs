@@ -15,7 +15,7 @@ use super::spans::{self, SpanRenderer};
 use super::surface;
 use crate::cache::Lent;
 use crate::frame::stage::{
-    Band, Cell, Depths, EdgeSums, Painter, Painting, PlaneSource, RowFill, Scale, Sight,
+    Band, Cell, Depths, EdgeSums, Painter, Painting, PlaneAir, PlaneSource, RowFill, Scale,
 };
 use crate::frame::{Frame, Picture};
 use crate::pixels::Pixels;
@@ -366,7 +366,7 @@ fn see(
         };
 
         let lights = Painting { painter, group, angle };
-        rows.fill(renderer.isa, profile, lights, Sight { air, squares: &squares }, sums)?;
+        rows.fill(renderer.isa, profile, lights, PlaneAir { air, squares: &squares }, sums)?;
         let missing = painter.sampler.take_missing();
         if missing.is_empty() {
             if let Some(span_renderer) = span_renderer {

@@ -26,5 +26,5 @@ pub use band::Band;
 pub use cell::{Cell, Scale};
 pub use paint::{Painter, Painting};
 pub use plane_image::{Depths, PlaneSource};
-pub use rows::{EdgeSums, RowFill, Sight};
+pub use rows::{EdgeSums, PlaneAir, RowFill};
 pub use solids::SpanPaint;

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::rows::{CHUNK, ChunkLights, PlaneLight, SegmentLights, Sight};
+use super::rows::{CHUNK, ChunkLights, PlaneAir, PlaneLight, SegmentLights};
 use crate::raymarch::scan::{PlaneGroup, SampleLine, VisibleSegment};
 use crate::sensor::radiance::{Crossings, ImageLine, LineSampler, PlanesAbove, TexelPlace};
 use crate::simd::{Floats, Simd};
@@ -38,7 +38,7 @@ impl<'s, 'a> SegmentLights for Painting<'s, 'a> {
         self,
         simd: V,
         segments: &[VisibleSegment],
-        sight: Sight<'f>,
+        plane_air: PlaneAir<'f>,
     ) -> Result<impl ChunkLights> {
         let Self { painter, group, angle } = self;
         let planes = PlanesAbove {
@@ -52,8 +52,8 @@ impl<'s, 'a> SegmentLights for Painting<'s, 'a> {
 
         let mut painted = Painted::<'f, 's, 'a, V, FOG_OR_GLOW> {
             simd,
-            air: sight.air,
-            squares: simd.load(sight.squares),
+            air: plane_air.air,
+            squares: simd.load(plane_air.squares),
             depth: simd.load(&group.depth),
             forward: group.forward as i64,
             crossings: painter.sampler.under(simd, &planes),

@@ -35,7 +35,7 @@ pub type PlaneLight = [Sixteen; 3];
 
 /// Air that planes look through.
 #[derive(Clone, Copy)]
-pub struct Sight<'f> {
+pub struct PlaneAir<'f> {
     /// Haze and sky.
     pub air: &'f AtmosphereLanes,
     /// 1 + a² of each plane.
@@ -52,7 +52,7 @@ pub trait SegmentLights {
         self,
         simd: V,
         segments: &[VisibleSegment],
-        sight: Sight<'f>,
+        plane_air: PlaneAir<'f>,
     ) -> Result<impl ChunkLights>;
 }
 
@@ -97,14 +97,14 @@ impl RowFill<'_> {
         isa: Isa,
         profile: &Profile,
         lights: impl SegmentLights,
-        sight: Sight<'_>,
+        plane_air: PlaneAir<'_>,
         sums: &mut EdgeSums,
     ) -> Result<()> {
         sums.resize(self.cells.len() + 1, PlaneLight::default());
-        if sight.air.has_fog_or_glow() {
-            isa.run(RowFilling::<_, true> { rows: self, profile, lights, sight, sums })
+        if plane_air.air.has_fog_or_glow() {
+            isa.run(RowFilling::<_, true> { rows: self, profile, lights, plane_air, sums })
         } else {
-            isa.run(RowFilling::<_, false> { rows: self, profile, lights, sight, sums })
+            isa.run(RowFilling::<_, false> { rows: self, profile, lights, plane_air, sums })
         }
     }
 
@@ -120,7 +120,7 @@ struct RowFilling<'f, 'r, L, const FOG_OR_GLOW: bool> {
     rows: RowFill<'r>,
     profile: &'f Profile,
     lights: L,
-    sight: Sight<'f>,
+    plane_air: PlaneAir<'f>,
     sums: &'f mut [PlaneLight],
 }
 
@@ -129,7 +129,7 @@ impl<L: SegmentLights, const FOG_OR_GLOW: bool> Kernel for RowFilling<'_, '_, L,
 
     #[inline(always)]
     fn run<V: Simd>(self, simd: V) -> Result<()> {
-        let Self { rows, profile, lights: source, sight, sums } = self;
+        let Self { rows, profile, lights: source, plane_air, sums } = self;
         let edges = &rows.row_table.edges[rows.first..=rows.first + rows.cells.len()];
         let mut covering = Covering {
             simd,
@@ -143,7 +143,7 @@ impl<L: SegmentLights, const FOG_OR_GLOW: bool> Kernel for RowFilling<'_, '_, L,
         covering.close(simd.mask(u16::MAX), 0);
 
         let segments = profile.segments();
-        let mut source = source.begin::<V, FOG_OR_GLOW>(simd, segments, sight)?;
+        let mut source = source.begin::<V, FOG_OR_GLOW>(simd, segments, plane_air)?;
         // Before the lights of a chunk stands that of the segment before it.
         let mut lights = [PlaneLight::default(); CHUNK + 1];
         for first in (0..segments.len()).step_by(CHUNK) {
@@ -157,7 +157,7 @@ impl<L: SegmentLights, const FOG_OR_GLOW: bool> Kernel for RowFilling<'_, '_, L,
             covering.close_rows();
         }
 
-        covering.finish::<FOG_OR_GLOW>(sight);
+        covering.finish::<FOG_OR_GLOW>(plane_air);
         Ok(())
     }
 }
@@ -173,7 +173,7 @@ struct Stretches {
 }
 
 impl Stretches {
-    /// Finds those between neighbours of at most [`CHUNK`] + 1 segments.
+    /// Finds the stretches between neighbours of at most [`CHUNK`] + 1 segments.
     #[inline(always)]
     fn find<V: Simd>(simd: V, covering: &Covering<'_, V>, segments: &[VisibleSegment]) -> Self {
         let mut stretches = Self::default();
@@ -184,7 +184,7 @@ impl Stretches {
         for (before, segment) in segments[1..].iter().enumerate() {
             let high = simd.load(&segment.slope.0);
             let rises = covered.lt(high);
-            if !segment.line.begins && rises.any() && stretches.count < CHUNK {
+            if !segment.line.begins && rises.any() {
                 ends[0][stretches.count] = covered.select(rises, lowest).least();
                 ends[1][stretches.count] = high.select(rises, highest).greatest();
                 stretches.segments[stretches.count] = before;
@@ -337,7 +337,7 @@ impl<V: Simd> Covering<'_, V> {
 
     /// Leaves what is above to the sky.
     #[inline(always)]
-    fn finish<const FOG_OR_GLOW: bool>(mut self, sight: Sight<'_>) {
+    fn finish<const FOG_OR_GLOW: bool>(mut self, plane_air: PlaneAir<'_>) {
         let simd = self.simd;
         self.close_rows();
         let open = self.closed + 1;
@@ -350,7 +350,7 @@ impl<V: Simd> Covering<'_, V> {
         }
 
         let Self { rows, sums, covered, edges, closed, .. } = self;
-        let (air, squares) = (sight.air, simd.load(sight.squares));
+        let (air, squares) = (plane_air.air, simd.load(plane_air.squares));
         let row_table = rows.row_table;
         let (per_rows, centres) = (&row_table.per_row[rows.first..], &row_table.centres[rows.first..]);
         let zero = simd.splat(0.0);
@@ -361,7 +361,7 @@ impl<V: Simd> Covering<'_, V> {
             let mut is_sky = simd.mask(u16::MAX);
 
             if row < clear {
-                // What is left of the row above the surface.
+                // Share of the row that the surface leaves to the sky.
                 let (top, per_row) = (simd.splat(edges[row + 1]), per_rows[row]);
                 let share = ((top - covered) * simd.splat(per_row)).max(zero).min(simd.splat(1.0));
                 let surface = between(simd, [&sums[row], &sums[row + 1]], per_row);

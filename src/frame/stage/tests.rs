@@ -6,7 +6,7 @@ use proptest::prelude::*;
 
 use super::cell::{Cell, Scale};
 use super::rows::{ChunkLights, PlaneLight, SegmentLights};
-use super::{EdgeSums, RowFill, Sight};
+use super::{EdgeSums, PlaneAir, RowFill};
 use crate::raymarch::scan::{NO_SLOPE, Post, Profile, RowCoordinate, RowTable, SampleLine, VisibleSegment};
 use crate::simd::{Ints, Isa, Kernel, LANES, Simd, Sixteen};
 use crate::weather::{Atmosphere, AtmosphereLanes};
@@ -41,7 +41,7 @@ impl SegmentLights for Given<'_> {
         self,
         _: V,
         segments: &[VisibleSegment],
-        _: Sight<'f>,
+        _: PlaneAir<'f>,
     ) -> Result<impl ChunkLights> {
         assert_eq!(segments.len(), self.0.len());
         Ok(self)
@@ -94,8 +94,8 @@ fn fill(
     let rows = RowFill { row_table: &row_table, first: BELOW, cells: &mut cells, scale: Scale::ALL, inverse };
     // What was in the memory before must not matter.
     let mut sums: EdgeSums = vec![[Sixteen([f32::NAN; LANES]); 3]; 2 * ROWS];
-    let sight = Sight { air: &air, squares: &[1.0; LANES] };
-    rows.fill(isa, profile, Given(lights), sight, &mut sums).unwrap();
+    let plane_air = PlaneAir { air: &air, squares: &[1.0; LANES] };
+    rows.fill(isa, profile, Given(lights), plane_air, &mut sums).unwrap();
     cells
 }
 
