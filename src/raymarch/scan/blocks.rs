@@ -78,40 +78,19 @@ impl Way {
         (self.frontier as f64 - self.eye) * self.forward
     }
 
-    /// The index of the square of a side (units, a power of two) in which the way goes on, and the way from its far edge; `None`: the area ends.
+    /// Returns the index of the square in which the way goes on, and the way from the square's far edge; `None`: the area ends. `side` is that of
+    /// squares, units.
     pub fn square(&self, side: i64) -> Option<(i64, Self)> {
         let ahead = self.forward > 0.0;
         if self.is_done() {
             return None;
         }
-        let index = (if ahead { self.frontier } else { self.frontier - 1 }).div_euclid(side);
+        let index = quotient(if ahead { self.frontier } else { self.frontier - 1 }, side);
         let frontier = if ahead { ((index + 1) * side).min(self.size) } else { index * side };
         Some((index, Self { frontier, ..*self }))
     }
 
-    /// The same way from the beginning of the block of a stride on in which it has come to here.
-    pub fn back_to_block(&self, stride: Stride) -> Self {
-        let side = i64::from(Grid::side_units(stride.level)) * stride.block_lines();
-        let frontier = if self.forward > 0.0 {
-            (self.frontier - 1).div_euclid(side) * side
-        } else {
-            ((self.frontier.div_euclid(side) + 1) * side).min(self.size)
-        };
-        Self { frontier, ..*self }
-    }
-
-    /// Major distance of the last line of a stride before here, units.
-    pub fn line_before(&self, stride: Stride) -> f64 {
-        let (level_side, every) = (i64::from(Grid::side_units(stride.level)), i64::from(stride.lines));
-        let line = if self.forward > 0.0 {
-            (self.frontier / level_side - 1).div_euclid(every) * every
-        } else {
-            ((self.frontier + level_side - 1) / level_side + every - 1).div_euclid(every) * every
-        };
-        self.distance(stride.level, line)
-    }
-
-    /// Whether the area ends.
+    /// Whether the way has come to the area's end.
     #[inline(always)]
     fn is_done(&self) -> bool {
         if self.forward > 0.0 { self.frontier >= self.size } else { self.frontier <= 0 }
@@ -165,10 +144,11 @@ impl Way {
         let every = i64::from(stride.lines);
         let side = level_side * stride.block_lines();
         let next = if ahead { self.frontier } else { self.frontier - 1 };
-        let index = next.div_euclid(side);
+        let index = quotient(next, side);
         self.frontier = if ahead { (index + 1) * side } else { index * side };
-        let lines = (self.size + level_side - 1) / level_side;
-        let (low, high) = (index * side / level_side, ((index + 1) * side / level_side).min(lines) - 1);
+        let lines = quotient(self.size + level_side - 1, level_side);
+        let [low, end] = [index, index + 1].map(|index| quotient(index * side, level_side));
+        let high = end.min(lines) - 1;
 
         // Lines keep their place whatever the eye does, so that nothing swims, and those of a stride are among
         // those of a shorter one.
@@ -176,17 +156,24 @@ impl Way {
 
         let (first, last, step) = if ahead {
             // `reached` is rounded: a line that a cut block ended with may lie beyond it still.
-            let low = low.max(at.floor() as i64 + 1).max(next.div_euclid(level_side));
-            (low + (-low).rem_euclid(every), high, every)
+            let low = low.max(at.floor() as i64 + 1).max(quotient(next, level_side));
+            (low + (-low & (every - 1)), high, every)
         } else {
-            let high = high.min(at.ceil() as i64 - 1).min(next.div_euclid(level_side));
-            (high - high.rem_euclid(every), low, -every)
+            let high = high.min(at.ceil() as i64 - 1).min(quotient(next, level_side));
+            (high - (high & (every - 1)), low, -every)
         };
 
-        let count = ((last - first) / step + 1).max(0);
-        let count = if (last - first) * step < 0 { 0 } else { count };
+        let length = if ahead { last - first } else { first - last };
+        let count = if length < 0 { 0 } else { quotient(length, every) + 1 };
         Some(LineBlock { stride, index, side, first, step, count })
     }
+}
+
+/// Quotient by a power of two, rounded down: blocks that are leaped over take no longer than this.
+#[inline(always)]
+fn quotient(dividend: i64, power: i64) -> i64 {
+    debug_assert!(power > 0 && power & (power - 1) == 0);
+    dividend >> power.trailing_zeros()
 }
 
 #[cfg(test)]

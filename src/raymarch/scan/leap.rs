@@ -1,12 +1,11 @@
 //! Leaps over what the bounds of wide squares hide: the void about an area, and valleys behind a ridge.
 //!
 //! ```text
-//! while a square that begins where the march has come to is hidden:
-//!     on to the far edge of the widest one
-//! back to the begin of the last block before there
+//! while a square in which the march goes on is hidden:
+//!     all blocks that end before the far edge of the widest one are passed over, without a look at them
 //! ```
 //!
-//! That block is marched as any other, so that the march goes on from the line that it would have come to.
+//! Their strides follow from each other as ever, so that what lies behind is marched as if each had been looked at.
 
 use super::blocks::Way;
 use super::march::Planes;
@@ -23,7 +22,12 @@ impl<V: Simd> Kernel for Leap<'_, '_, '_, V> {
 
     #[inline(always)]
     fn run<S: Simd>(self, _: S) {
-        self.planes.leap_from(self.stride);
+        let Self { planes, mut stride } = self;
+        while let Some(beyond) = planes.beyond_hidden() {
+            if !planes.pass_blocks(&beyond, &mut stride) {
+                break;
+            }
+        }
     }
 }
 
@@ -33,54 +37,41 @@ impl<V: Simd> Planes<'_, '_, V> {
         self.simd.call(Leap { planes: self, stride });
     }
 
+    /// Returns the way from behind the widest hidden square in which the march goes on; `None` if none is, or the area ends.
     #[inline(always)]
-    fn leap_from(&mut self, stride: usize) {
-        let mut end = self.way;
-        let mut from = f64::from(self.reached);
-        while let Some(beyond) = self.beyond_hidden(&end, from) {
-            end = beyond;
-            from = end.passed();
-        }
-
-        let ground = self.group.ground;
-        let last = self.march.strides.index_at(end.passed() * ground, stride);
-        let block = self.march.strides.get(last);
-        let begin = end.back_to_block(block);
-        // Blocks that no bounds skip are marched line by line.
-        if begin.passed() <= self.way.passed() || self.march.bounding(&block).is_none() {
-            return;
-        }
-
-        // The stride of the block before: the longest one that would have been chosen where such a block begins.
-        let strides = &self.march.strides;
-        let mut before = strides.index_at(begin.passed() * ground, stride);
-        while before > stride {
-            let other = strides.get(before);
-            let reached = begin.back_to_block(other).line_before(other);
-            if strides.index_at(reached * ground, stride) >= before {
-                break;
-            }
-            before -= 1;
-        }
-        let line = begin.line_before(strides.get(before));
-        self.reached = self.reached.max(line as f32);
-        self.way = begin;
-    }
-
-    /// The way from behind the widest square that holds its begin and is hidden from a major distance on; `None` if none is, or the area ends.
-    #[inline(always)]
-    fn beyond_hidden(&self, way: &Way, from: f64) -> Option<Way> {
+    fn beyond_hidden(&self) -> Option<Way> {
         let mut beyond = None;
         for (step, side) in self.march.bounds.sides() {
-            let Some((index, end)) = way.square(side) else { break };
-            let to = end.passed();
-            let minor = self.units([from, to]).each(|units| (units / side as f64).floor() as i64);
+            let Some((index, end)) = self.way.square(side) else { break };
+            let (from, to) = (self.reached, end.passed());
+            let minor = self.units([from.into(), to]).each(|units| (units / side as f64).floor() as i64);
             let code = self.march.bounds.highest(step, self.group.major, index, minor);
-            if !code.is_some_and(|code| self.hides(code, [from as f32, to as f32])) {
+            if !code.is_some_and(|code| self.hides(code, [from, to as f32])) {
                 break;
             }
             beyond = Some(end);
         }
         beyond
+    }
+
+    /// Passes over blocks that end before a way begins; whether there was any.
+    #[inline(always)]
+    fn pass_blocks(&mut self, beyond: &Way, stride: &mut usize) -> bool {
+        let mut is_passed = false;
+        loop {
+            let chosen = self.next_stride(stride);
+            let mut way = self.way;
+            let is_looked_at = self.march.bounding(&chosen).is_none();
+            let Some(block) = way.next(chosen, self.reached.into()) else { return is_passed };
+            if is_looked_at || way.passed() > beyond.passed() {
+                return is_passed;
+            }
+            if block.count > 0 {
+                let last = block.first + block.step * (block.count - 1);
+                self.reached = self.way.distance(block.stride.level, last) as f32;
+            }
+            self.way = way;
+            is_passed = true;
+        }
     }
 }

@@ -57,7 +57,7 @@ pub struct PlaneMarch<'a> {
     pub(super) level_count: u8,
     /// Height that no surface reaches, metres above the datum.
     ceiling: f64,
-    pub(super) strides: Strides,
+    strides: Strides,
     /// Bounds that wide stretches are passed over by.
     pub(super) bounds: &'a BoundPyramid,
 }
@@ -226,9 +226,8 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
                 return Ok(self.bare_until);
             }
 
-            stride = self.march.strides.index_at(f64::from(self.reached) * self.group.ground, stride);
+            let chosen = self.next_stride(&mut stride);
             let mut way = self.way;
-            let chosen = self.march.strides.get(stride);
 
             let Some(mut block) = way.next(chosen, self.reached.into()) else {
                 if let Some((lines, block)) = self.march_last_line(chosen)? {
@@ -258,6 +257,14 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         }
 
         Ok(self.bare_until)
+    }
+
+    /// Goes on to the stride of where the march has come to, no shorter than `stride` so far.
+    #[inline(always)]
+    pub(super) fn next_stride(&self, stride: &mut usize) -> Stride {
+        let strides = &self.march.strides;
+        *stride = strides.index_at(f64::from(self.reached) * self.group.ground, *stride);
+        strides.get(*stride)
     }
 
     /// Whether nothing can rise above the rays any more.

@@ -103,7 +103,7 @@ impl View {
         self.profile_by(source, isa, detail, &BoundPyramid::new(source))
     }
 
-    /// The same, where `bounds` are leaped over.
+    /// Finds what planes see that leap by `bounds`.
     fn profile_by(&self, source: &dyn PageSource, isa: Isa, detail: f32, bounds: &BoundPyramid) -> Profile {
         let grid = source.header().grid;
         let ground = (self.eye.truncate() - grid.origin) / grid.spacing;
