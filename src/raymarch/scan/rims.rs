@@ -47,10 +47,11 @@ impl<V: Simd> Kernel for RimPassage<'_, '_, '_, V> {
 }
 
 impl<'a, V: Simd> Planes<'_, 'a, V> {
-    /// Whether some plane has no surface at the last post or the next one: there may be a rim between.
+    /// Whether some plane has a surface at one of the last post and the next, and none at the other: there is a rim between.
     #[inline(always)]
     pub(super) fn is_at_rim(&self, slope: V::F) -> bool {
-        self.last.min(slope).lt(self.simd.splat(LEAST_SLOPE)).any()
+        let nothing = self.simd.splat(LEAST_SLOPE);
+        self.last.lt(nothing).bits() != slope.lt(nothing).bits()
     }
 
     /// Takes in the surface from where the march is to a post; on the way there may be a `rim`.
@@ -80,9 +81,10 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         let inverse = self.ground.per_depth * self.simd.splat(1.0 / mark.distance);
         let mut post = Post { slope, inverse, line: mark };
         let side = Grid::side_units(mark.level) as f32;
-        let nothing = self.simd.splat(LEAST_SLOPE);
-        let differs = self.last.lt(nothing).bits() != slope.lt(nothing).bits();
-        if differs && mark.distance - self.reached < ONE_CELL * side && !self.is_at_edge(mark.distance) {
+        if self.is_at_rim(slope)
+            && mark.distance - self.reached < ONE_CELL * side
+            && !self.is_at_edge(mark.distance)
+        {
             post.slope = self.cross_cells(lines, &post);
         }
         self.reach(post);
