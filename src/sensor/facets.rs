@@ -65,8 +65,13 @@ impl Facets {
                 albedo(span.side) * (shaded + direct * sun)
             }
             FaceDirection::Top(slope) => {
-                let [east, north] = slope.each(|slope| f32::from(slope) / Span::SLOPE_STEPS);
-                let normal = Vec3::new(-east, -north, 1.0).normalize();
+                // Most ends are level.
+                let normal = if slope == [0; 2] {
+                    Vec3::Z
+                } else {
+                    let [east, north] = slope.each(|slope| f32::from(slope) / Span::SLOPE_STEPS);
+                    Vec3::new(-east, -north, 1.0).normalize()
+                };
                 let albedo = self.sensor.snowed_on(normal, albedo(span.top));
                 albedo * self.sensor.daylight().on_body(normal, sun)
             }

@@ -15,6 +15,20 @@ const NOTHING_LEFT: f32 = 1.0 / 256.0;
 /// Share of light from which on what hides it is what is there, as the reference has it.
 const HALF: f32 = 0.5;
 
+/// Rows behind the last one that are asked for together with it.
+const BEYOND: usize = 2;
+
+/// Bit of each plane.
+const PLANE_BITS: [i32; LANES] = {
+    let mut bits = [0; LANES];
+    let mut plane = 0;
+    while plane < LANES {
+        bits[plane] = 1 << plane;
+        plane += 1;
+    }
+    bits
+};
+
 const NONE: Sixteen = Sixteen([0.0; LANES]);
 
 /// Light of spans in one row of sixteen planes: shares, as yet without the air before it.
@@ -65,10 +79,10 @@ pub struct SpanCoverage {
     middles: Vec<RowMiddle>,
     /// Planes, as bits, that show something in a row; what memory has of other rows is from before.
     shown: Vec<u16>,
-    /// Planes, as bits, in which a row is hidden all over.
+    /// Planes, as bits, in which a row is hidden all over. Behind the last row come [`BEYOND`] that are not.
     full: Vec<u16>,
     /// The lowest row that may not be hidden, of each plane.
-    lowest: [usize; LANES],
+    lowest: [i32; LANES],
 }
 
 impl SpanCoverage {
@@ -77,7 +91,7 @@ impl SpanCoverage {
         self.shown.clear();
         self.shown.resize(rows, 0);
         self.full.clear();
-        self.full.resize(rows, 0);
+        self.full.resize(rows + BEYOND, 0);
         if self.rows.len() < rows {
             self.rows.resize(rows, SpanRow::EMPTY);
         }
@@ -94,7 +108,7 @@ impl SpanCoverage {
     /// Number of rows.
     #[inline(always)]
     pub(super) fn count(&self) -> usize {
-        self.full.len()
+        self.shown.len()
     }
 
     /// Whether it is of interest how far away things are.
@@ -103,17 +117,26 @@ impl SpanCoverage {
         !self.middles.is_empty()
     }
 
-    /// All rows of a plane below a place are hidden. Returns the lowest one that is not, or how many there are.
+    /// Takes rows below `places` for hidden in some planes. Returns the lowest row of each that is not hidden, or how many rows there are.
     #[inline(always)]
-    pub(super) fn close_below(&mut self, plane: usize, place: f32) -> usize {
-        let full = &self.full;
-        let mut lowest = self.lowest[plane].max(place.max(0.0) as usize).min(full.len());
-        while let Some(planes) = full.get(lowest)
-            && planes >> plane & 1 != 0
-        {
-            lowest += 1;
+    pub(super) fn close_below<V: Simd>(&mut self, simd: V, planes: V::M, places: V::F) -> V::I {
+        let (zero, own) = (simd.splat_int(0), simd.load_ints(&PLANE_BITS));
+        let count = simd.splat(self.count() as f32);
+        let below = places.max(simd.splat(0.0)).min(count).to_int();
+        let before = simd.load_ints(&self.lowest);
+        let mut lowest = before.max(below).select(planes, before);
+
+        let mut is_full = planes;
+        loop {
+            let full = simd.gather_pairs(&self.full, lowest) & own;
+            is_full = is_full & !full.eq(zero);
+            if !is_full.any() {
+                break;
+            }
+            lowest = (lowest + simd.splat_int(1)).select(is_full, lowest);
         }
-        self.lowest[plane] = lowest;
+
+        lowest.store(&mut self.lowest);
         lowest
     }
 
@@ -149,11 +172,12 @@ impl SpanCoverage {
         fill: &Fill<V>,
         centres: &[f32],
     ) {
+        let fill = fill.of_planes(simd, simd.mask(planes));
         for row in rows {
             let open = planes & !self.full[row];
             if open != 0 {
                 let within = [places[0] - simd.splat(row as f32), places[1] - simd.splat(row as f32)];
-                self.fill_row(simd, row, open, within, fill, centres[row]);
+                self.fill_row(simd, row, open, within, &fill, centres[row]);
             }
         }
     }
@@ -203,13 +227,14 @@ impl SpanCoverage {
         let hidden = share * opacity;
         let weight = (left * hidden).select(open, zero);
 
-        // Where the row is not open light and distance may be NaN, which a weight of 0 leaves NaN.
-        for (sum, light) in row.light.iter_mut().zip(fill.light) {
-            weight.mul_add(light, simd.load(&sum.0)).store_masked(open, &mut sum.0);
+        // All lanes are stored: the next face often goes on in this row, and what is stored in part must have got to the cache before it is loaded.
+        let [red, green, blue] = &mut row.light;
+        let [r, g, b] = fill.light;
+        for (sum, value) in [(red, r), (green, g), (blue, b), (&mut row.inverse, inverse)] {
+            weight.mul_add(value, simd.load(&sum.0)).store(&mut sum.0);
         }
 
         (simd.load(&row.share.0) + weight).store(&mut row.share.0);
-        weight.mul_add(inverse, simd.load(&row.inverse.0)).store_masked(open, &mut row.inverse.0);
         let covers = open & one.le(opacity) & !is_narrow;
         let covered = (covered | bits).select(covers, covered);
         let left = (left - left * hidden).select(open & !covers, left);

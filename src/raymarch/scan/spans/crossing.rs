@@ -67,12 +67,17 @@ impl<L: FacetLight, V: Simd> VoxelCrossing<'_, '_, L, V> {
         scale * f32::from(span.high) + self.about + rise <= 0.0
     }
 
-    /// Looks at the spans of the voxel.
+    /// Returns the index of the span that planes meet first: those from there on follow, and then those before it, from the last one back.
+    ///
+    /// Of two above each other the upper is met first from above the plane between them, the lower from below: outward from the eye, as ends that slope go
+    /// on to it.
     #[inline(always)]
-    pub fn look_at(&mut self, planes: V::M, spans: &[Span]) {
-        let simd = self.simd;
+    fn outward_from(&self, spans: &[Span]) -> usize {
+        // Most voxels have one span.
+        if spans.len() < 2 {
+            return 0;
+        }
 
-        // Of two above each other the upper is met first from above the plane between them, the lower from below: outward from the eye, as ends that slope go on to it.
         // The steps of `slice::partition_point`, whose closure would be a function of its own without the instruction set. Spans that stand beside
         // each other have no order, so which of them are looked at matters.
         let (mut first, mut size) = (0, spans.len());
@@ -81,7 +86,15 @@ impl<L: FacetLight, V: Simd> VoxelCrossing<'_, '_, L, V> {
             first += if self.is_below(&spans[first + half]) { half } else { 0 };
             size -= half;
         }
-        first += usize::from(size > 0 && self.is_below(&spans[first]));
+        first + usize::from(self.is_below(&spans[first]))
+    }
+
+    /// Looks at the spans of the voxel.
+    #[inline(always)]
+    pub fn look_at(&mut self, planes: V::M, spans: &[Span]) {
+        let simd = self.simd;
+
+        let first = self.outward_from(spans);
         let mut outward = spans[first..].iter().chain(spans[..first].iter().rev());
         let mut met: [Option<MetSpan<'_, V>>; MOST_SORTED] = [None; MOST_SORTED];
 
@@ -224,24 +237,39 @@ impl<L: FacetLight, V: Simd> VoxelCrossing<'_, '_, L, V> {
         let side = [low_near.max(horizon), rim.max(low_near)];
         let is_top_seen = planes & top_near.lt(top_far);
 
+        // The roof begins where the front ends, or in the row of the ground before both.
+        let side_rows = [self.rows(side[0]), self.rows(side[1])];
+        let mut upper = [side[1].max(horizon), highest];
+        let mut upper_rows = [side_rows[1].select(horizon.le(side[1]), side_rows[0]), high_row];
+
         // Right below the eye no ground is seen that near: what hides the roof there would hide it from all rows.
-        let mut upper = [rim.max(low_near).max(horizon), highest];
         let is_grounded = is_top_seen & simd.splat(self.horizon.lowest()).lt(horizon);
         if is_grounded.any() {
             let beyond = self.horizon.at(simd, planes, inverse[1]);
             let [emerges, submerges] = above_ground::<V>(simd, [top_near, top_far], [horizon, beyond]);
-            upper = [
-                upper[0].max(emerges).select(is_grounded, upper[0]),
-                upper[1].min(submerges).select(is_grounded, upper[1]),
-            ];
+            let is_clipped = is_grounded & (upper[0].lt(emerges) | submerges.lt(upper[1]));
+            if is_clipped.any() {
+                upper = [
+                    upper[0].max(emerges).select(is_clipped, upper[0]),
+                    upper[1].min(submerges).select(is_clipped, upper[1]),
+                ];
+                upper_rows = [self.rows(upper[0]), self.rows(upper[1])];
+            }
         }
 
         let lower = [low_far.max(horizon), low_near];
         let is_bottom_seen = planes & low_far.lt(low_near);
         let level = LinearTerm { tangent: zero, value: inverse[0], slope: zero };
-        let bottom = if hangs { lows } else { [simd.splat(f32::NEG_INFINITY); 2] };
-        let passage = PlanePassage { inverse, top: [top_near, top_far], bottom };
+        let passage = PlanePassage { inverse, top: [top_near, top_far], bottom: hangs.then_some(lows) };
         let opacity = span.state & Span::OPACITY;
+        let clearness = (opacity < Span::OPAQUE).then(|| {
+            let sides = match span.is(Span::STRIP) {
+                true => f32::from(span.thickness()) * scale / spacing,
+                false => 1.0,
+            };
+            let way = self.lanes.ground * self.length * (shares[1] - shares[0]);
+            way * simd.splat(self.metric.clearness[usize::from(opacity)] / sides)
+        });
 
         for (face, tangents) in [side, upper, lower].into_iter().enumerate() {
             let [low, high] = tangents;
@@ -249,7 +277,11 @@ impl<L: FacetLight, V: Simd> VoxelCrossing<'_, '_, L, V> {
             if !seen.any() {
                 continue;
             }
-            let places = [self.rows(low), self.rows(high)];
+            let places = match face {
+                0 => side_rows,
+                1 => upper_rows,
+                _ => [self.rows(lower[0]), self.rows(lower[1])],
+            };
             let seen = seen & places[0].lt(places[1]);
             let rows = self.coverage.rows_between(simd, seen, places);
             if !self.coverage.has_open(seen.bits(), rows.clone()) {
@@ -275,16 +307,8 @@ impl<L: FacetLight, V: Simd> VoxelCrossing<'_, '_, L, V> {
                 }
             };
 
-            let haze = (opacity < Span::OPAQUE).then(|| {
-                let sides = match span.is(Span::STRIP) {
-                    true => f32::from(span.thickness()) * scale / spacing,
-                    false => 1.0,
-                };
-                let way = self.lanes.ground * self.length * (shares[1] - shares[0]);
-                let clearness = way * simd.splat(self.metric.clearness[usize::from(opacity)] / sides);
-                Haze { clearness, level: self.lanes.level, tangents, passage }
-            });
-
+            let haze =
+                clearness.map(|clearness| Haze { clearness, level: self.lanes.level, tangents, passage });
             let bounds = [inverse[1], inverse[0]];
             let fill = Fill { light, haze, inverse: linear, across, bounds, front: front.across };
             self.coverage.fill(simd, seen.bits(), rows, places, &fill, self.centres);

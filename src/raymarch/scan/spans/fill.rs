@@ -49,10 +49,24 @@ pub(super) struct PlanePassage<V: Simd> {
     /// Inverse depths there, 1/metres.
     pub inverse: [V::F; 2],
     pub top: [V::F; 2],
-    pub bottom: [V::F; 2],
+    /// `None`: it stands on the ground.
+    pub bottom: Option<[V::F; 2]>,
 }
 
 impl<V: Simd> Fill<V> {
+    /// Returns the fill in some planes: others have no light and no depth, which may be no numbers here, and which no weight of 0 takes away.
+    #[inline(always)]
+    pub fn of_planes(&self, simd: V, planes: V::M) -> Self {
+        let zero = simd.splat(0.0);
+        let [red, green, blue] = self.light;
+        let [least, most] = self.bounds;
+        Self {
+            light: [red.select(planes, zero), green.select(planes, zero), blue.select(planes, zero)],
+            bounds: [least.select(planes, zero), most.select(planes, zero)],
+            ..*self
+        }
+    }
+
     /// Inverse depths at tangents, 1/metres.
     #[inline(always)]
     pub fn inverse_at(&self, tangents: V::F) -> V::F {
@@ -105,11 +119,12 @@ impl<V: Simd> PlanePassage<V> {
         leave = leave.min(crossing).select(passes & sinks, leave);
         enter = enter.max(crossing).select(passes & !sinks, enter);
 
-        let [near, far] = self.bottom;
-        let (passes, rises) = (tangents.lt(near.max(far)), near.lt(far));
-        let crossing = self.crossing(tangents, self.bottom);
-        leave = leave.min(crossing).select(passes & rises, leave);
-        enter = enter.max(crossing).select(passes & !rises, enter);
+        if let Some([near, far]) = self.bottom {
+            let (passes, rises) = (tangents.lt(near.max(far)), near.lt(far));
+            let crossing = self.crossing(tangents, [near, far]);
+            leave = leave.min(crossing).select(passes & rises, leave);
+            enter = enter.max(crossing).select(passes & !rises, enter);
+        }
 
         (leave - enter).max(zero)
     }

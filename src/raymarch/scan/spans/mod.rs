@@ -45,7 +45,7 @@ use self::plane_lanes::PlaneLanes;
 use super::{MarchField, PlaneGroup, Profile, RowTable};
 use crate::cache::Lent;
 use crate::raymarch::blocks::{BlockTable, Blocks, corner_on_page};
-use crate::simd::{Floats, Isa, Kernel, LANES, Mask, Simd};
+use crate::simd::{Floats, Ints, Isa, Kernel, LANES, Mask, Simd};
 use crate::voxel::{BLOCK_SIDE, Cut, Grid, PageId, PageSource, Span, SpanBlock, SpansView};
 use hedgehop_base::error::Result;
 
@@ -229,21 +229,12 @@ impl<L: FacetLight, V: Simd> PacketWalk<'_, '_, L, V> {
         let rows = row_table.coordinate.rows_below(simd, horizon) - simd.splat(first as f32);
         let is_higher = planes & self.floor.tangent.lt(horizon);
         let hidden = self.floor.rows.max(rows).select(is_higher, self.floor.rows);
-        let (mut rows, mut tangents) = ([0.0; LANES], [0.0; LANES]);
-        hidden.store(&mut rows);
-        self.floor.tangent.max(horizon).select(planes, self.floor.tangent).store(&mut tangents);
-
-        let mut left = planes.bits();
-        while left != 0 {
-            let plane = left.trailing_zeros() as usize;
-            left &= left - 1;
-            let lowest = self.coverage.close_below(plane, rows[plane]);
-            let edge = row_table.edges.get(first + lowest).copied().unwrap_or(f32::INFINITY);
-            rows[plane] = rows[plane].max(lowest as f32);
-            tangents[plane] = tangents[plane].max(edge);
-        }
-
-        self.floor = Floor { tangent: simd.load(&tangents), rows: simd.load(&rows) };
+        let lowest = self.coverage.close_below(simd, planes, hidden);
+        let edge = simd.gather(&row_table.edges[first..], lowest);
+        self.floor = Floor {
+            tangent: self.floor.tangent.max(horizon).max(edge).select(planes, self.floor.tangent),
+            rows: hidden.max(lowest.to_float()).select(planes, hidden),
+        };
     }
 
     /// Looks at the voxels of a block, from where the horizon has got to.

@@ -18,6 +18,10 @@ pub(super) struct MetSpan<'s, V: Simd> {
 /// another one from plane to plane.
 #[inline(always)]
 pub(super) fn next_of<V: Simd>(simd: V, met: &[Option<MetSpan<'_, V>>]) -> Option<(usize, V::M)> {
+    if let [Some(span)] = met {
+        return span.planes.any().then_some((0, span.planes));
+    }
+
     let mut nearest = simd.splat(f32::INFINITY);
     for span in met.iter().flatten() {
         let is_nearer = span.planes & span.shares[0].lt(nearest);

@@ -12,7 +12,7 @@ use super::horizon::FloatingHorizon;
 use super::order::{MetSpan, next_of};
 use super::packet::{BlockPassage, PlanePacket, VoxelPassage};
 use crate::raymarch::scan::{NO_SLOPE, PlaneGroup, Post, Profile, SampleLine};
-use crate::simd::{Floats, Isa, Kernel, LANES, Mask, Simd, Sixteen};
+use crate::simd::{Floats, Ints, Isa, Kernel, LANES, Mask, Simd, Sixteen};
 use crate::voxel::{BLOCK_SIDE, Grid, Span};
 
 const SIDE: i64 = BLOCK_SIDE as i64;
@@ -412,7 +412,7 @@ impl Kernel for Fills<'_> {
             // Of other planes nothing is known, and nothing may come to them.
             let of_planes = |value: f32| simd.splat(value).select(simd.mask(planes), simd.splat(f32::NAN));
             let [high, low] = [f32::INFINITY, f32::NEG_INFINITY].map(|tangent| [simd.splat(tangent); 2]);
-            let passage = PlanePassage { inverse: [simd.splat(1.0); 2], top: high, bottom: low };
+            let passage = PlanePassage { inverse: [simd.splat(1.0); 2], top: high, bottom: Some(low) };
             let haze = Haze {
                 clearness: of_planes((1.0 - opacity).log2()),
                 level: simd.splat(0.0),
@@ -438,6 +438,20 @@ impl Kernel for Fills<'_> {
                 self.coverage.fill(simd, planes, rows, places, &fill, self.centres);
             }
         }
+    }
+}
+
+/// The lowest row of each plane that is not hidden.
+struct Lowest<'c>(&'c mut SpanCoverage);
+
+impl Kernel for Lowest<'_> {
+    type Output = [i32; LANES];
+
+    #[inline(always)]
+    fn run<V: Simd>(self, simd: V) -> Self::Output {
+        let mut lowest = [0; LANES];
+        self.0.close_below(simd, simd.mask(u16::MAX), simd.splat(0.0)).store(&mut lowest);
+        lowest
     }
 }
 
@@ -495,9 +509,10 @@ fn fills_as_one_by_one(count: usize, has_depths: bool, fillings: &[Filling]) {
             }
         }
 
-        for plane in 0..LANES {
+        let lowest = isa.run(Lowest(&mut coverage));
+        for (plane, found) in lowest.into_iter().enumerate() {
             let lowest = rows.iter().position(|planes| !planes[plane].full).unwrap_or(count);
-            assert_eq!(coverage.close_below(plane, 0.0), lowest, "{isa}, plane {plane}");
+            assert_eq!(found as usize, lowest, "{isa}, plane {plane}");
         }
     }
 }
