@@ -90,6 +90,32 @@ impl Way {
         Some((index, Self { frontier, ..*self }))
     }
 
+    /// Passes all blocks of a stride that end no further than where `end` begins, and than a major distance (units); returns the distance of their last
+    /// line, or `None` if there are none.
+    #[inline(always)]
+    pub fn pass(&mut self, stride: Stride, end: &Self, until: f64) -> Option<f64> {
+        let level_side = i64::from(Grid::side_units(stride.level));
+        let side = level_side * stride.block_lines();
+        let until = self.eye + self.forward * until;
+
+        // Blocks begin with a line of the stride when they are passed northward or eastward, and end with one otherwise.
+        if self.forward > 0.0 {
+            let frontier = quotient(end.frontier.min(until.floor() as i64), side) * side;
+            if frontier <= self.frontier {
+                return None;
+            }
+            self.frontier = frontier;
+            Some(self.distance(stride.level, quotient(frontier, level_side) - i64::from(stride.lines)))
+        } else {
+            let frontier = quotient(end.frontier.max(until.ceil() as i64) + side - 1, side) * side;
+            if frontier >= self.frontier {
+                return None;
+            }
+            self.frontier = frontier;
+            Some(self.distance(stride.level, quotient(frontier, level_side)))
+        }
+    }
+
     /// Whether the way has come to the area's end.
     #[inline(always)]
     fn is_done(&self) -> bool {
@@ -209,6 +235,35 @@ mod tests {
                 let beyond = distance(lines.last()) + 1.0;
                 assert!(beyond > until || !(0.5..1499.5).contains(&(eye + forward * beyond)));
             }
+        }
+    }
+
+    #[test]
+    fn blocks_that_are_passed_at_once_are_those_that_come_one_by_one() {
+        for number in 0..2000_i64 {
+            let (level, lines) = ((number % 4) as u8, [1, 2, 4][number as usize % 3]);
+            let stride = Stride { from: 0.0, level, lines, stands_in: false };
+            let eye = 20_000.0 + (number % 37) as f64 * 311.7;
+            let forward = if number % 2 == 0 { 1.0 } else { -1.0 };
+            let way = Way::new(eye, forward, 50_000, (number % 11) as f64 * 401.3);
+            let (end, until) =
+                (Way::new(eye, forward, 50_000, number as f64 * 13.7), (number % 90) as f64 * 251.3);
+
+            let (mut one_by_one, mut reached) = (way, 0.0);
+            let mut next = way;
+            while let Some(block) = next.next(stride, reached)
+                && next.passed() <= end.passed().min(until)
+            {
+                if block.count > 0 {
+                    reached = way.distance(level, block.first + block.step * (block.count - 1));
+                }
+                one_by_one = next;
+            }
+
+            let mut at_once = way;
+            let last = at_once.pass(stride, &end, until);
+            assert_eq!(at_once.frontier, one_by_one.frontier, "{number}");
+            assert_eq!(last.unwrap_or(0.0).max(0.0), reached, "{number}");
         }
     }
 }

@@ -32,8 +32,15 @@ impl<V: Simd> Kernel for Leap<'_, '_, '_, V> {
 }
 
 impl<V: Simd> Planes<'_, '_, V> {
-    /// Leaps from where the march has come to with a stride, and nothing is known of the surface.
+    /// Leaps from where the march has come to with a stride, and nothing is known of the surface: once from each of the narrowest squares.
+    #[inline(always)]
     pub(super) fn leap(&mut self, stride: usize) {
+        let from = self.march.bounds.sides().next().and_then(|(_, side)| self.way.square(side));
+        let from = from.map(|(index, _)| index);
+        if from == self.leapt_from {
+            return;
+        }
+        self.leapt_from = from;
         self.simd.call(Leap { planes: self, stride });
     }
 
@@ -59,18 +66,27 @@ impl<V: Simd> Planes<'_, '_, V> {
     fn pass_blocks(&mut self, beyond: &Way, stride: &mut usize) -> bool {
         let mut is_passed = false;
         loop {
-            let chosen = self.next_stride(stride);
-            let mut way = self.way;
-            let is_looked_at = self.march.bounding(&chosen).is_none();
-            let Some(block) = way.next(chosen, self.reached.into()) else { return is_passed };
-            if is_looked_at || way.passed() > beyond.passed() {
+            let (chosen, until) = self.next_stride(stride);
+            if self.march.bounding(&chosen).is_none() {
                 return is_passed;
             }
-            if block.count > 0 {
-                let last = block.first + block.step * (block.count - 1);
-                self.reached = self.way.distance(block.stride.level, last) as f32;
-            }
-            self.way = way;
+
+            // All blocks that end where the stride holds still, and then the one in which it ends.
+            let last = match self.way.pass(chosen, beyond, until) {
+                Some(last) => last,
+                None => {
+                    let mut way = self.way;
+                    let Some(block) = way.next(chosen, self.reached.into()) else { return is_passed };
+                    if way.passed() > beyond.passed() {
+                        return is_passed;
+                    }
+                    let last = block.first + block.step * (block.count - 1);
+                    let distance = self.way.distance(chosen.level, last);
+                    self.way = way;
+                    if block.count > 0 { distance } else { self.reached.into() }
+                }
+            };
+            self.reached = self.reached.max(last as f32);
             is_passed = true;
         }
     }

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::blocks::{LineBlock, Way};
-use super::bounds::highest_along;
+use super::bounds::highest_code;
 use super::ground::PlaneGround;
 use super::lines::{LinePosts, Lines};
 use super::profile::{NO_SLOPE, Post};
@@ -165,6 +165,7 @@ impl Kernel for Seeing<'_, '_> {
             is_begun: false,
             last: simd.splat(NO_SLOPE),
             reached: nearest,
+            leapt_from: None,
             bare_until: 0.0,
             march,
         }
@@ -197,6 +198,8 @@ pub(super) struct Planes<'f, 'a, V: Simd> {
     pub(super) is_begun: bool,
     /// Major distance up to which the march has come, units.
     pub(super) reached: f32,
+    /// Index of the narrowest square from which a leap was tried last.
+    pub(super) leapt_from: Option<i64>,
     /// Major distance at which bare ground ends, units.
     bare_until: f64,
 }
@@ -226,7 +229,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
                 return Ok(self.bare_until);
             }
 
-            let chosen = self.next_stride(&mut stride);
+            let (chosen, _) = self.next_stride(&mut stride);
             let mut way = self.way;
 
             let Some(mut block) = way.next(chosen, self.reached.into()) else {
@@ -259,12 +262,14 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         Ok(self.bare_until)
     }
 
-    /// Goes on to the stride of where the march has come to, no shorter than `stride` so far.
+    /// Goes on to the stride of where the march has come to, no shorter than `stride` so far; returns it and the major distance up to which it holds,
+    /// units.
     #[inline(always)]
-    pub(super) fn next_stride(&self, stride: &mut usize) -> Stride {
+    pub(super) fn next_stride(&self, stride: &mut usize) -> (Stride, f64) {
         let strides = &self.march.strides;
         *stride = strides.index_at(f64::from(self.reached) * self.group.ground, *stride);
-        strides.get(*stride)
+        let (chosen, until) = strides.with_end(*stride);
+        (chosen, until / self.group.ground)
     }
 
     /// Whether nothing can rise above the rays any more.
@@ -459,8 +464,9 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
             .units([self.reached.into(), end])
             .each(|units| ((units / side).floor() as i64).clamp(0, last) as u32);
         let length = i64::from([dims.0, dims.1][self.group.major]);
-        let major = block.index * voxels..((block.index + 1) * voxels).min(length);
-        let code = highest_along(&mut self.march.pages, level, self.group.major, major, minor)?;
+        let major = [block.index * voxels, ((block.index + 1) * voxels).min(length) - 1];
+        let major = major.each(|index| index as u32);
+        let code = highest_code(&mut self.march.pages, level, self.group.major, major, minor)?;
         if code == u16::MAX {
             return Ok(false);
         }

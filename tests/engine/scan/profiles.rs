@@ -350,7 +350,7 @@ proptest! {
 
     #[test]
     fn bounds_of_absent_pages_are_those_of_coarser_voxels(
-        hidden in 0_u32..5, level in 1_u8..3, axis in 0_usize..2, at in (0.0..1.0_f64, 0.0..1.0_f64, 0.0..1.0_f64),
+        hidden in 0_u32..5, level in 1_u8..3, axis in 0_usize..2, at in [(0.0..1.0_f64, 0.0..1.0_f64), (0.0..1.0_f64, 0.0..1.0_f64)],
     ) {
         let all = holed(1);
         let sparse = Sparse { all, hidden };
@@ -358,12 +358,20 @@ proptest! {
         let dims = all.header().grid.dims(level);
         let [along, across] = if axis == 0 { [dims.0, dims.1] } else { [dims.1, dims.0] };
         let index = |share: f64, length: u32| ((share * f64::from(length)) as u32).min(length - 1);
-        let major = index(at.0, along);
-        let (a, b) = (index(at.1, across), index(at.2, across));
+        let [major, minor] = [(at[0], along), (at[1], across)].map(|(ends, length)| {
+            let ends = [ends.0, ends.1].map(|share| index(share, length));
+            [ends[0].min(ends[1]), ends[0].max(ends[1])]
+        });
         let bound = |source: &dyn PageSource, level: u8, scale: u32| {
-            let minor = [a.min(b) / scale, a.max(b) / scale];
-            highest_code(&mut Pages::new(source, &turned), level, axis, major / scale, minor).unwrap()
+            let [major, minor] = [major, minor].map(|ends| ends.map(|index| index / scale));
+            highest_code(&mut Pages::new(source, &turned), level, axis, major, minor).unwrap()
         };
+
+        let mut pages = Pages::new(all, &turned);
+        let mut one = |along: u32, across: u32| highest_code(&mut pages, level, axis, [along; 2], [across; 2]).unwrap();
+        let voxels = (major[0]..=major[1]).flat_map(|along| (minor[0]..=minor[1]).map(move |across| (along, across)));
+        let one_by_one = voxels.map(|(along, across)| one(along, across)).max();
+        prop_assert_eq!(one_by_one, Some(bound(all, level, 1)));
         let coarsest = all.header().level_count - 1;
         let scale = Grid::side_units(coarsest) / Grid::side_units(level);
         let (exact, sparse, coarse) = (bound(all, level, 1), bound(&sparse, level, 1), bound(all, coarsest, scale));
