@@ -1,5 +1,8 @@
 //! Rows of sixteen planes: the parts that are still free, and the spans that were seen.
 
+#[cfg(test)]
+mod tests;
+
 use std::ops::Range;
 
 use super::fill::Fill;
