@@ -84,7 +84,7 @@ fn contact(source: &MemPages, surface: Surface, ray: &GridRay) -> Option<f64> {
     marcher.first_contact(ray, 0.0).unwrap().map(|contact| contact.range)
 }
 
-/// How far in metres a place on a ray lies above the smooth surface; `None` where there is none: in a void, and beside the area.
+/// Returns the height of a place on a ray above the smooth surface, metres; `None` in a void and beside the area.
 fn clearance(source: &MemPages, ray: &GridRay, range: f64) -> Option<f64> {
     let grid = source.header().grid;
     let (point, size) = (ray.at(range), DVec2::new(f64::from(grid.nx), f64::from(grid.ny)));

@@ -35,7 +35,7 @@ pub fn highest_code(
     Ok(highest)
 }
 
-/// Returns the same of voxels that lie on one page.
+/// Returns the greatest upper-bound code of voxels that lie on one page; else as [`highest_code`].
 fn highest_on_page(
     pages: &mut Pages<'_>,
     level: u8,

@@ -10,6 +10,8 @@
 //!
 //! Heights where planes cross lines do not tell: between two lines with a surface, or a line with and one without,
 //! there may be a part of a cell or none, and a saw-tooth along the rim is what is lost otherwise.
+//!
+//! Between two lines of a longer stride over a void nothing is looked for: a corner of a surface that ends within it may be missed.
 
 use super::ground::Crease;
 use super::lines::Lines;

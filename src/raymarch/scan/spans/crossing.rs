@@ -69,8 +69,8 @@ impl<L: FacetLight, V: Simd> VoxelCrossing<'_, '_, L, V> {
 
     /// Returns the index of the span that planes meet first: those from there on follow, and then those before it, from the last one back.
     ///
-    /// Of two above each other the upper is met first from above the plane between them, the lower from below: outward from the eye, as ends that slope go
-    /// on to it.
+    /// Spans lie from the lowest to the highest. Planes meet them outward from the eye: from above the plane between two of them the upper one first, from
+    /// below it the lower one. The plane goes on to the eye as sloped ends do.
     #[inline(always)]
     fn outward_from(&self, spans: &[Span]) -> usize {
         // Most voxels have one span.

@@ -49,12 +49,12 @@ pub(super) struct PlanePassage<V: Simd> {
     /// Inverse depths there, 1/metres.
     pub inverse: [V::F; 2],
     pub top: [V::F; 2],
-    /// `None`: it stands on the ground.
+    /// Tangents of the lower end; `None` where the span stands on the ground.
     pub bottom: Option<[V::F; 2]>,
 }
 
 impl<V: Simd> Fill<V> {
-    /// Returns the fill in some planes: others have no light and no depth, which may be no numbers here, and which no weight of 0 takes away.
+    /// Returns the fill with no light and no depth in all but some planes: there they may be NaN, which a weight of 0 does not take away.
     #[inline(always)]
     pub fn of_planes(&self, simd: V, planes: V::M) -> Self {
         let zero = simd.splat(0.0);
