@@ -11,7 +11,8 @@
 //! Heights where planes cross lines do not tell: between two lines with a surface, or a line with and one without,
 //! there may be a part of a cell or none, and a saw-tooth along the rim is what is lost otherwise.
 //!
-//! Between two lines of a longer stride over a void nothing is looked for: a corner of a surface that ends within it may be missed.
+//! Between two lines of a longer stride the surface is looked at if any of the planes has it at either line: a corner of it may
+//! stand into the way of a plane that is over a void at both. Where all planes are over a void at both nothing is looked for.
 
 use super::ground::Crease;
 use super::lines::Lines;
@@ -49,11 +50,12 @@ impl<V: Simd> Kernel for RimPassage<'_, '_, '_, V> {
 }
 
 impl<'a, V: Simd> Planes<'_, 'a, V> {
-    /// Whether some plane has a surface at one of the last post and the next, and none at the other: there is a rim between.
+    /// Whether, at the last post and the next one, some plane has a surface and some has none: there may be a rim between.
     #[inline(always)]
     pub(super) fn is_at_rim(&self, slope: V::F) -> bool {
         let nothing = self.simd.splat(LEAST_SLOPE);
-        self.last.lt(nothing).bits() != slope.lt(nothing).bits()
+        let (before, behind) = (self.last.lt(nothing), slope.lt(nothing));
+        (before | behind).any() && !(before & behind).all()
     }
 
     /// Takes in the surface from where the march is to a post; on the way there may be a `rim`.
