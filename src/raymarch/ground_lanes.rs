@@ -15,7 +15,7 @@ use std::ops::Range;
 
 use glam::{DVec2, DVec3};
 
-use super::{LevelBands, PageCursor};
+use super::{GridRay, LevelBands, PageCursor};
 use crate::earth::Curvature;
 use crate::simd::{Each, Floats, Ints, Isa, Kernel, LANES, Mask, Simd, Sixteen, math};
 use crate::voxel::{APRON, Attributes, Grid, HeightCode, PAGE_SIDE, PageId, PageSource, RADIX};
@@ -45,6 +45,17 @@ pub struct RayLanes {
     pub range: Sixteen,
     /// Lanes that are to be looked along, by bits; the others hold nothing.
     pub lanes: u16,
+}
+
+impl RayLanes {
+    /// Has a lane look along a ray for which planes found a range, metres.
+    pub fn put(&mut self, lane: usize, ray: &GridRay, range: f32) {
+        self.lanes |= 1 << lane;
+        self.range.0[lane] = range;
+        for axis in 0..3 {
+            self.slope[axis].0[lane] = ray.slope[axis] as f32;
+        }
+    }
 }
 
 /// Ground that rays met.
@@ -131,6 +142,10 @@ impl<'a> GroundLanes<'a> {
     /// # Errors
     /// A page that is damaged.
     pub fn meet(&mut self, isa: Isa, rays: &RayLanes, met: &mut MetGround) -> Result<()> {
+        met.lanes = 0;
+        if rays.lanes == 0 {
+            return Ok(());
+        }
         isa.run(Meeting { ground: self, rays, met })
     }
 

@@ -223,29 +223,30 @@ impl<'a> Marcher<'a> {
         contact: Option<&Contact>,
         hits: &mut Vec<SolidHit>,
     ) -> Result<f64> {
-        let left = self.solids_until(ray, contact, NOTHING_LEFT, hits)?;
+        let until = contact.map_or(f64::INFINITY, |contact| contact.range);
+        let left = self.solids_until(ray, until, NOTHING_LEFT, hits)?;
         Ok(if left <= NOTHING_LEFT { 0.0 } else { left })
     }
 
-    /// Finds, of the spans before a ray's first contact, the one behind which half of the light or less is left: the range that a ray is said to see. `hits` is memory for what
-    /// stands before it.
+    /// Finds, of the spans on a ray up to a range in metres, the one behind which half of the light or less is left: the range that a ray is said to see, unless it met
+    /// the ground before. `hits` is memory for what stands before it.
     ///
     /// # Errors
     /// A page that is damaged.
     pub fn half_hidden(
         &mut self,
         ray: &GridRay,
-        contact: Option<&Contact>,
+        until: f64,
         hits: &mut Vec<SolidHit>,
     ) -> Result<Option<SolidHit>> {
-        let left = self.solids_until(ray, contact, HALF, hits)?;
+        let left = self.solids_until(ray, until, HALF, hits)?;
         Ok(hits.last().filter(|_| left <= HALF).copied())
     }
 
     fn solids_until(
         &mut self,
         ray: &GridRay,
-        contact: Option<&Contact>,
+        until: f64,
         least: f64,
         hits: &mut Vec<SolidHit>,
     ) -> Result<f64> {
@@ -253,8 +254,7 @@ impl<'a> Marcher<'a> {
         if self.solids.is_none() || self.bare_until == 0.0 {
             return Ok(1.0);
         }
-        let end = self.bare_until / ray.ground_cosine;
-        let end = contact.map_or(end, |contact| contact.range.min(end));
+        let end = until.min(self.bare_until / ray.ground_cosine);
         let horizon = self.horizon(ray)?;
         let clipped = self.clip(ray);
         let (Some((enters, leaves)), Some(solids)) = (clipped, &mut self.solids) else { return Ok(1.0) };
@@ -298,7 +298,8 @@ impl<'a> Marcher<'a> {
         }
         let Self { cursor, bare, solids, .. } = self;
         let blocks = solids.as_mut().map(Solids::blocks);
-        let horizon = horizons.of_ray(ray, SectorLook { surface: cursor, bare, blocks })?;
+        let beside = self.latest.as_ref().map(|(_, horizon)| horizon);
+        let horizon = horizons.of_ray(ray, beside, SectorLook { surface: cursor, bare, blocks })?;
         self.latest = horizon.map(|horizon| (ray.slope, horizon));
         Ok(horizon)
     }

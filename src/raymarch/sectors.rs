@@ -49,6 +49,9 @@ const BESIDE: f64 = 1.5;
 // No voxel of one stretch reaches into the next one, behind a ring at least: what stands is met once.
 const _: () = assert!(LEAST_DEPTH >= 2.0 * BESIDE);
 
+/// Rings up or down that a ray's first one is looked for, from that of the ray beside it.
+const MOST_RINGS: usize = 8;
+
 /// Places of the screen, along each side of it, of which the highest tangent is that of the view.
 const PLACES: u32 = 9;
 
@@ -113,36 +116,39 @@ pub(super) struct RayHorizon<'h> {
     tangent: f32,
     /// Units of ground distance per metre of range.
     per_range: f64,
+    /// First rings in which the ray may meet the ground, and what stands.
+    first: [usize; 2],
 }
 
 impl RayHorizon<'_> {
     /// Whether the ray surely meets nothing that stands, up to a range in metres.
     pub fn is_free_of_standing(&self, range: f64) -> bool {
         let standing = &self.sector.standing;
-        let from = standing.begins(standing.first(self.tangent), self.rings);
+        let from = standing.begins(self.first[1], self.rings);
         range * self.per_range <= from.unwrap_or(f64::INFINITY)
     }
 
     /// Iterates over stretches of the ray before `until` in which it may meet the ground, ranges in metres, nearest first.
     pub fn of_ground(&self, until: f64) -> impl Iterator<Item = [f64; 2]> {
-        self.stretches(&self.sector.ground, until)
+        self.stretches(&self.sector.ground, self.first[0], until)
     }
 
     /// Iterates over stretches of the ray in which it may meet something that stands, as of the ground.
     pub fn of_standing(&self, until: f64) -> impl Iterator<Item = [f64; 2]> {
-        self.stretches(&self.sector.standing, until)
+        self.stretches(&self.sector.standing, self.first[1], until)
     }
 
     /// Iterates over runs of an envelope's rings whose bounds the ray does not clear, as ranges in metres.
     fn stretches<'e>(
         &'e self,
         envelope: &'e Envelope,
+        first: usize,
         until: f64,
     ) -> impl Iterator<Item = [f64; 2]> + use<'e> {
         let Envelope { tangents, room, .. } = envelope;
         let Self { rings, tangent, per_range, .. } = *self;
         let until = until * per_range;
-        let mut ring = envelope.first(tangent);
+        let mut ring = first;
         let mut is_over = false;
 
         std::iter::from_fn(move || {
@@ -205,11 +211,17 @@ impl SectorHorizons {
         self.eye
     }
 
-    /// Returns the bounds for a ray; `None` where there are none: of one from another eye, and straight up or down.
+    /// Returns the bounds for a ray; `None` where there are none: of one from another eye, and straight up or down. What was found for a ray `beside` it is where
+    /// to look first.
     ///
     /// # Errors
     /// A page that is damaged.
-    pub(super) fn of_ray(&self, ray: &GridRay, look: SectorLook<'_, '_>) -> Result<Option<RayHorizon<'_>>> {
+    pub(super) fn of_ray(
+        &self,
+        ray: &GridRay,
+        beside: Option<&RayHorizon<'_>>,
+        look: SectorLook<'_, '_>,
+    ) -> Result<Option<RayHorizon<'_>>> {
         let ahead = ray.slope.truncate();
         let per_range = ahead.length();
         if per_range == 0.0 || ray.eye != self.eye {
@@ -226,7 +238,9 @@ impl SectorHorizons {
             }
         };
         let tangent = (ray.slope.z / per_range) as f32;
-        Ok(Some(RayHorizon { rings: &self.rings, sector, tangent, per_range }))
+        let beside = beside.map_or([0; 2], |beside| beside.first);
+        let first = [sector.ground.first(tangent, beside[0]), sector.standing.first(tangent, beside[1])];
+        Ok(Some(RayHorizon { rings: &self.rings, sector, tangent, per_range, first }))
     }
 
     /// Looks at all that lies in a sector.
@@ -374,8 +388,19 @@ impl Envelope {
         highest.into()
     }
 
-    /// Returns the first ring in which a ray of a tangent may meet something, or their number.
-    fn first(&self, tangent: f32) -> usize {
+    /// Returns the first ring in which a ray of a tangent may meet something, or their number; it is looked for from a ring near it on.
+    fn first(&self, tangent: f32, near: usize) -> usize {
+        let mut ring = near.min(self.highest.len());
+        for _ in 0..MOST_RINGS {
+            let is_behind = self.highest.get(ring).is_none_or(|highest| *highest >= tangent);
+            if !is_behind {
+                ring += 1;
+            } else if ring > 0 && self.highest[ring - 1] >= tangent {
+                ring -= 1;
+            } else {
+                return ring;
+            }
+        }
         self.highest.partition_point(|highest| *highest < tangent)
     }
 

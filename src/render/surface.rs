@@ -5,12 +5,13 @@
 //!
 //! ```text
 //! the planes and rows about the pixel see different things, or something that stands
-//! something stands before what planes found
+//! something stands before where the ray meets what planes found
 //! the ray passes what planes found by more than a pixel
 //! ```
 //!
 //! Elsewhere the range that planes found is moved along the ray to where that meets the surface, of sixteen pixels at once
-//! ([`GroundLanes`]). Rays that are followed begin where bounds about the eye let them meet something ([`SectorHorizons`]).
+//! ([`GroundLanes`]); then each looks for what stands before that. Rays that are followed begin where bounds about the eye let them meet something
+//! ([`SectorHorizons`]).
 
 use glam::{DVec3, Vec3};
 
@@ -27,6 +28,9 @@ use crate::space::Camera;
 use crate::subimage::{Farm, Stage};
 use crate::voxel::Attributes;
 use hedgehop_base::error::Result;
+
+/// Ranges of what planes found beside a pixel within which its own ray ends, as a rule.
+const NEIGHBOURS_REACH: f64 = 1.25;
 
 /// Fills normal, level and id of the pixels that see something, and returns ranges along the pixels' own rays.
 ///
@@ -100,29 +104,20 @@ struct ScreenPart {
     count: usize,
 }
 
-/// Rays of the pixels of a part of the screen.
-struct PartRays<'c> {
-    camera: &'c Camera,
-    part: ScreenPart,
-    /// Directions on a planar screen, where all have one.
-    planar: Option<[DVec3; LANES]>,
-}
-
-impl<'c> PartRays<'c> {
-    fn new(camera: &'c Camera, part: ScreenPart) -> Self {
-        let directions = camera.planar_directions(part.column as u32, part.row as u32);
-        let planar = directions.map(|direction| std::array::from_fn(|lane| direction(lane as u32)));
-        Self { camera, part, planar }
-    }
-
-    /// The ray of a lane in the coordinates of a marcher's grid; `None` where the screen has no picture.
-    fn get(&self, lane: usize, marcher: &Marcher<'_>) -> Option<GridRay> {
-        if let Some(planar) = &self.planar {
-            return Some(marcher.ray(self.camera.pose.eye, planar[lane]));
+impl ScreenPart {
+    /// Returns the rays of its pixels in the coordinates of a marcher's grid; `None` where the screen has no picture.
+    fn rays(&self, camera: &Camera, marcher: &Marcher<'_>) -> [Option<GridRay>; LANES] {
+        // On a planar screen all have a direction, which are found together.
+        if let Some(direction) = camera.planar_directions(self.column as u32, self.row as u32) {
+            return std::array::from_fn(|lane| {
+                (lane < self.count).then(|| marcher.ray(camera.pose.eye, direction(lane as u32)))
+            });
         }
-        let column = (self.part.column + lane) as f64 + 0.5;
-        let ray = self.camera.ray(column, self.part.row as f64 + 0.5)?;
-        Some(marcher.ray(ray.origin, ray.direction))
+        std::array::from_fn(|lane| {
+            let column = (self.column + lane) as f64 + 0.5;
+            let ray = if lane < self.count { camera.ray(column, self.row as f64 + 0.5) } else { None };
+            ray.map(|ray| marcher.ray(ray.origin, ray.direction))
+        })
     }
 }
 
@@ -136,51 +131,41 @@ impl SurfaceRows<'_> {
         part: ScreenPart,
         first: usize,
     ) -> Result<()> {
-        let rays = PartRays::new(camera, part);
-        let mut sixteen = RayLanes::default();
+        let rays = part.rays(camera, &probe.marcher);
+        let rays = || rays.iter().enumerate().filter_map(|(lane, ray)| Some((lane, ray.as_ref()?)));
 
-        // Plain ground, with nothing before it, is met by all of them at once.
-        for lane in 0..part.count {
+        // Ground where planes found it is met by all of them at once.
+        let mut sixteen = RayLanes::default();
+        for (lane, ray) in rays() {
             let range = self.range[first + lane];
-            if self.outlines[first + lane] || range <= 0.0 || range.is_infinite() {
-                continue;
-            }
-            if let Some(ray) = rays.get(lane, &probe.marcher)
-                && probe.marcher.is_free_of_standing(&ray, range.into())?
-            {
-                sixteen.lanes |= 1 << lane;
-                sixteen.range.0[lane] = range;
-                for axis in 0..3 {
-                    sixteen.slope[axis].0[lane] = ray.slope[axis] as f32;
-                }
+            if !self.outlines[first + lane] && range > 0.0 && range.is_finite() {
+                sixteen.put(lane, ray, range);
             }
         }
         let mut met = MetGround::default();
-        if sixteen.lanes != 0 {
-            probe.ground.meet(isa, &sixteen, &mut met)?;
-        }
+        probe.ground.meet(isa, &sixteen, &mut met)?;
 
-        for (lane, pixel) in (first..first + part.count).enumerate() {
-            let seen = if met.lanes >> lane & 1 != 0 {
-                Some(SeenSurface {
-                    range: met.range.0[lane],
-                    normal: Vec3::from_array(std::array::from_fn(|axis| met.normal[axis].0[lane])),
-                    level: met.level[lane] as u8,
-                    attributes: met.attributes[lane],
-                })
-            } else {
-                let Some(ray) = rays.get(lane, &probe.marcher) else { continue };
-                probe.look(&ray, self.range[pixel], self.outlines[pixel])?
-            };
-            let Some(seen) = seen else {
-                self.range[pixel] = f32::INFINITY;
+        // The others are followed, and those before whose ground something stands.
+        for (lane, ray) in rays() {
+            let pixel = first + lane;
+            let is_met = met.lanes >> lane & 1 != 0;
+            if is_met && !probe.hides(ray, met.range.0[lane])? {
+                self.put(pixel, &SeenSurface::of(&met, lane));
                 continue;
-            };
-            (self.range[pixel], self.level[pixel]) = (seen.range, seen.level);
-            (self.normal[pixel], self.id[pixel]) = (seen.normal.to_array(), Frame::pixel_id(seen.attributes));
+            }
+            match probe.look(ray, self.range[pixel], is_met || self.outlines[pixel])? {
+                Some(seen) => self.put(pixel, &seen),
+                None => self.range[pixel] = f32::INFINITY,
+            }
         }
 
         Ok(())
+    }
+
+    /// Has a pixel see a surface.
+    fn put(&mut self, pixel: usize, seen: &SeenSurface) {
+        (self.range[pixel], self.level[pixel]) = (seen.range, seen.level);
+        (self.normal[pixel], self.id[pixel]) = (seen.normal.to_array(), Frame::pixel_id(seen.attributes));
     }
 }
 
@@ -204,24 +189,57 @@ struct SeenSurface {
     attributes: Attributes,
 }
 
+impl SeenSurface {
+    /// Takes what a lane met.
+    fn of(met: &MetGround, lane: usize) -> Self {
+        Self {
+            range: met.range.0[lane],
+            normal: Vec3::from_array(std::array::from_fn(|axis| met.normal[axis].0[lane])),
+            level: met.level[lane] as u8,
+            attributes: met.attributes[lane],
+        }
+    }
+}
+
 impl SurfaceProbe<'_> {
+    /// Whether something stands before the ground that a ray met at a range, metres.
+    fn hides(&mut self, ray: &GridRay, range: f32) -> Result<bool> {
+        let range = f64::from(range);
+        Ok(!self.marcher.is_free_of_standing(ray, range)?
+            && self.marcher.half_hidden(ray, range, &mut self.hits)?.is_some())
+    }
+
     /// Looks along a ray for which planes found a range (metres; infinite: the sky), which is in doubt at outlines; `None`: the sky.
     fn look(&mut self, ray: &GridRay, range: f32, is_outline: bool) -> Result<Option<SeenSurface>> {
         if !is_outline {
             let found = if range.is_finite() { self.met(ray, f64::from(range))? } else { None };
+            let until = found.map_or(f64::INFINITY, |contact| contact.range);
             let is_met = found.is_some() || range.is_infinite();
-            if is_met && self.marcher.half_hidden(ray, found.as_ref(), &mut self.hits)?.is_none() {
+            if is_met && self.marcher.half_hidden(ray, until, &mut self.hits)?.is_none() {
                 return found.map(|contact| self.ground(ray, &contact)).transpose();
             }
         }
 
-        let mut hit = self.marcher.half_hidden(ray, None, &mut self.hits)?;
+        // As a rule a ray ends hardly farther than its neighbours, and nothing is looked for behind that.
+        let near = f64::from(range) * NEIGHBOURS_REACH;
+        if near.is_finite()
+            && let Some(seen) = self.follow(ray, near)?
+        {
+            return Ok(Some(seen));
+        }
+        self.follow(ray, f64::INFINITY)
+    }
+
+    /// Finds what a ray meets up to a range in metres.
+    fn follow(&mut self, ray: &GridRay, until: f64) -> Result<Option<SeenSurface>> {
+        let mut hit = self.marcher.half_hidden(ray, until, &mut self.hits)?;
         // As a rule what hides the ground is much nearer, and the ground is looked for no further.
-        let until = self.hits.iter().map(|hit| hit.end).fold(0.0, f64::max);
-        let until = if hit.is_some() { until } else { f64::INFINITY };
-        let contact = self.marcher.contact_before(ray, until)?;
-        if hit.is_some() && contact.is_some() {
-            hit = self.marcher.half_hidden(ray, contact.as_ref(), &mut self.hits)?;
+        let ends = self.hits.iter().map(|hit| hit.end).fold(0.0, f64::max);
+        let contact = self.marcher.contact_before(ray, if hit.is_some() { ends } else { until })?;
+        if let Some(contact) = contact
+            && hit.is_some()
+        {
+            hit = self.marcher.half_hidden(ray, contact.range, &mut self.hits)?;
         }
         if let Some(hit) = hit {
             let sample = self.filter.sample_solid(ray, &hit)?;

@@ -195,8 +195,8 @@ fn range_along(marcher: &mut Marcher<'_>, camera: &Camera, x: f64, y: f64) -> f6
     let ray = camera.ray(x, y).unwrap();
     let ray = marcher.ray(ray.origin, ray.direction);
     let ground = marcher.first_contact(&ray, 0.0).unwrap();
-    let standing = marcher.half_hidden(&ray, ground.as_ref(), &mut Vec::new()).unwrap();
     let ground = ground.map_or(f64::INFINITY, |ground| ground.range);
+    let standing = marcher.half_hidden(&ray, ground, &mut Vec::new()).unwrap();
     standing.map_or(ground, |hit| hit.range)
 }
 

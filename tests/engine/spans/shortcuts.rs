@@ -154,8 +154,9 @@ proptest! {
                 let left = plain.solids(&ray, contact.as_ref(), &mut expected).unwrap();
                 let own = short.solids(&ray, contact.as_ref(), &mut hits).unwrap();
                 prop_assert!(is_near(own, left) && are_same_hits(&hits, &expected), "{hits:?} for {expected:?}");
-                let half = plain.half_hidden(&ray, contact.as_ref(), &mut expected).unwrap();
-                let own = short.half_hidden(&ray, contact.as_ref(), &mut hits).unwrap();
+                let until = contact.map_or(f64::INFINITY, |contact| contact.range);
+                let half = plain.half_hidden(&ray, until, &mut expected).unwrap();
+                let own = short.half_hidden(&ray, until, &mut hits).unwrap();
                 prop_assert_eq!(own.is_some(), half.is_some());
                 prop_assert!(are_same_hits(&hits, &expected), "{hits:?} for {expected:?}");
             }
