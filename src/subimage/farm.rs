@@ -5,7 +5,8 @@
 //!               on every worker:  first task of the own share, or else last of another's:  work(index, task)
 //!               until no worker works on any of them
 //! ```
-//! Neighbours read much of the same data, which one worker then has in its cache; whoever is done with its share helps
+//! Neighbours read much of the same data, which one worker then has in its cache, and of the frame before, in which its
+//! share was the same (2 % of two workers' frames a second on one machine); whoever is done with its share helps
 //! with another's from the far end, so that workers are never more than one task apart at the end. Taking one
 //! is an atomic exchange. A worker never waits inside a task for other tasks; that is why a free one
 //! can always go on with the next frame (see [`Farm::fly`]), and why this is no parallel iterator:
@@ -157,7 +158,7 @@ impl Farm {
         let queue = Queue::new(tasks, workers);
         let take_part = |worker: usize| {
             let mut scratch = scratch();
-            let own = queue.join();
+            let own = worker % workers.max(1);
             while let Some((index, task)) = queue.take(own) {
                 match &self.trace {
                     None => work(&mut scratch, index, task),

@@ -1,7 +1,7 @@
 //! The tasks of a stage, shared out.
 
 use std::ops::Range;
-use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use crossbeam::utils::CachePadded;
@@ -11,8 +11,6 @@ pub struct Queue<T> {
     /// A lock that never waits: only the worker that drew an index opens its slot.
     slots: Vec<Mutex<Option<T>>>,
     shares: Vec<Share>,
-    /// Workers that take part.
-    joined: AtomicUsize,
 }
 
 impl<T> Queue<T> {
@@ -23,16 +21,10 @@ impl<T> Queue<T> {
         Self {
             slots: tasks.into_iter().map(|task| Mutex::new(Some(task))).collect(),
             shares: (0..workers).map(share).collect(),
-            joined: AtomicUsize::new(0),
         }
     }
 
-    /// A worker takes part: the share that is its own.
-    pub fn join(&self) -> usize {
-        self.joined.fetch_add(1, Ordering::Relaxed)
-    }
-
-    /// A task for whoever has the share `own`.
+    /// A task for a worker whose share is the one with the index `own`.
     pub fn take(&self, own: usize) -> Option<(usize, T)> {
         let others = || (1..self.shares.len()).map(|step| &self.shares[(own + step) % self.shares.len()]);
         let index = self.shares.get(own)?.first().or_else(|| others().find_map(Share::last))?;
@@ -80,15 +72,13 @@ mod tests {
     fn a_worker_does_its_share_in_order_and_helps_from_the_far_end() {
         for (count, workers) in [(10, 3), (2, 5), (1, 1), (0, 4)] {
             let queue = Queue::new((0..count).collect(), workers);
-            // The second worker to come never takes a task.
-            let owns = [queue.join(), queue.join()];
-            let taken: Vec<usize> =
-                std::iter::from_fn(|| queue.take(owns[0])).map(|(_, task)| task).collect();
+            // The second worker never takes a task.
+            let taken: Vec<usize> = std::iter::from_fn(|| queue.take(0)).map(|(_, task)| task).collect();
             let ends: Vec<usize> = (0..=workers).map(|worker| worker * count / workers).collect();
             let first = 0..ends[1];
             let others = ends[1..].windows(2).flat_map(|share| (share[0]..share[1]).rev());
             assert_eq!(taken, first.chain(others).collect::<Vec<_>>());
-            assert!(queue.take(owns[1]).is_none());
+            assert!(queue.take(1).is_none());
         }
     }
 }

@@ -108,13 +108,12 @@ type Workers = BinaryHeap<Reverse<(Duration, usize)>>;
 
 /// Has workers do tasks as a farm's do, not before `ready`; returns when the last ends.
 fn hand_out(tasks: &[Duration], ready: Duration, workers: &mut Workers) -> Duration {
-    let queue = Queue::new(tasks.to_vec(), workers.len().min(tasks.len()));
-    let mut shares = vec![None; workers.len()];
+    let sharing = workers.len().min(tasks.len()).max(1);
+    let queue = Queue::new(tasks.to_vec(), sharing);
     let mut last = ready;
     while let Some(mut first) = workers.peek_mut() {
         let (free, worker) = &mut first.0;
-        let share = *shares[*worker].get_or_insert_with(|| queue.join());
-        let Some((_, task)) = queue.take(share) else { break };
+        let Some((_, task)) = queue.take(*worker % sharing) else { break };
         *free = (*free).max(ready) + task;
         last = last.max(*free);
     }
