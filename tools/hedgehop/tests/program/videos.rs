@@ -100,8 +100,10 @@ fn sound_and_chapters_are_in_the_film() {
     fs::write(site.path().join("short.wav"), wave(1)).expect("sound");
     fs::write(site.path().join("parts.txt"), "0:00 Start = here\n0:02.5 Lake; blue\n").expect("chapters");
     fs::write(site.path().join("late.txt"), "0:00 Start\n0:05 Lake\n").expect("chapters");
-    let late = ends(&run(&site, &format!("{FLY} --size 32x18 --chapters late.txt --video film.mkv")), 2);
-    if described(&site, "sound.wav").is_none() {
+    let has_ffmpeg = described(&site, "sound.wav").is_some();
+    let late = run(&site, &format!("{FLY} --size 32x18 --chapters late.txt --video film.mkv"));
+    let late = ends(&late, if has_ffmpeg { 2 } else { 4 });
+    if !has_ffmpeg {
         assert!(late.contains("apt-get install ffmpeg"), "{late}");
         return;
     }
