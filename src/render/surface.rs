@@ -29,7 +29,7 @@ use crate::subimage::{Farm, Stage};
 use crate::voxel::Attributes;
 use hedgehop_base::error::Result;
 
-/// Ranges of what planes found beside a pixel within which its own ray ends, as a rule.
+/// Multiple of the range that planes found beside a pixel within which its own ray ends, as a rule.
 const NEIGHBOURS_REACH: f64 = 1.25;
 
 /// Fills normal, level and id of the pixels that see something, and returns ranges along the pixels' own rays.

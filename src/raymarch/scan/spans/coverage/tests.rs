@@ -34,7 +34,7 @@ struct Row {
     full: bool,
 }
 
-/// What fills rows: places in each plane, light, inverse depth, and share of light that is hidden.
+/// Filling of rows: places in each plane, light, inverse depth, and share of light that is hidden.
 #[derive(Debug, Clone, Copy)]
 struct Filling {
     planes: u16,
@@ -96,7 +96,7 @@ impl Kernel for Fills<'_> {
 
     fn run<V: Simd>(self, simd: V) {
         for &Filling { planes, places, light, inverse, opacity } in self.fillings {
-            // Of other planes nothing is known, and nothing may come to them.
+            // Planes beside the filling hold no numbers: nothing of theirs may reach a row.
             let of_planes = |value: f32| simd.splat(value).select(simd.mask(planes), simd.splat(f32::NAN));
             let [high, low] = [f32::INFINITY, f32::NEG_INFINITY].map(|tangent| [simd.splat(tangent); 2]);
             let passage = PlanePassage { inverse: [simd.splat(1.0); 2], top: high, bottom: Some(low) };
@@ -170,7 +170,7 @@ fn fills_as_one_by_one(count: usize, has_depths: bool, fillings: &[Filling]) {
     let centres = vec![0.0; count];
     for isa in Isa::available() {
         let mut coverage = SpanCoverage::default();
-        // What was in the memory before must not matter.
+        // The second time the memory holds rows of the first, which must not matter.
         for _ in 0..2 {
             coverage.begin(count, has_depths);
             isa.run(Fills { coverage: &mut coverage, fillings, centres: &centres });
