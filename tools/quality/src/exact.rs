@@ -8,6 +8,8 @@
 //!
 //! The mean is that of a box filter over the pixel, in linear light. The samples' places are a hash of their index.
 
+use std::ops::Range;
+
 use glam::Vec3;
 
 use crate::posts::PostLight;
@@ -22,7 +24,7 @@ use hedgehop::subimage::Farm;
 use hedgehop::voxel::{Grid, PageSource};
 use hedgehop::weather::Atmosphere;
 
-/// Colour and range of a view of level 1, `[height][width]`, row 0 at the top.
+/// Colour and range of some columns of a view of level 1, `[height][columns]`, row 0 at the top.
 #[derive(Debug, Clone)]
 pub struct ExactView {
     /// Linear Rec. 709 radiance, 1 = display white.
@@ -77,28 +79,30 @@ impl<'a> ExactEye<'a> {
     }
 }
 
-/// The view with one sample at the centre of each pixel.
+/// Columns of the view with one sample at the centre of each pixel.
 pub fn one_sample(
     source: &dyn PageSource,
     camera: &Camera,
     options: &RenderOptions,
+    columns: Range<u32>,
     farm: &Farm,
 ) -> Result<ExactView> {
-    view(source, camera, options, farm, |eye, column, row| {
+    view(source, camera, options, columns, farm, |eye, column, row| {
         eye.sample(f64::from(column) + 0.5, f64::from(row) + 0.5)
     })
 }
 
-/// The view with `side` × `side` samples in each pixel.
+/// Columns of the view with `side` × `side` samples in each pixel.
 pub fn supersampled(
     source: &dyn PageSource,
     camera: &Camera,
     options: &RenderOptions,
+    columns: Range<u32>,
     farm: &Farm,
     side: u32,
 ) -> Result<ExactView> {
     let per_pixel = u64::from(side * side);
-    view(source, camera, options, farm, |eye, column, row| {
+    view(source, camera, options, columns, farm, |eye, column, row| {
         let first = (u64::from(row) * u64::from(camera.width) + u64::from(column)) * per_pixel;
         let (mut sum, mut range) = (Vec3::ZERO, f64::INFINITY);
         for index in 0..side * side {
@@ -114,19 +118,21 @@ pub fn supersampled(
     })
 }
 
-/// Every pixel of `camera` by `sample`, which is given the eye, the column and the row.
+/// Every pixel of `columns` by `sample`, which is given the eye, the column and the row.
 fn view(
     source: &dyn PageSource,
     camera: &Camera,
     options: &RenderOptions,
+    columns: Range<u32>,
     farm: &Farm,
     sample: impl Fn(&mut ExactEye<'_>, u32, u32) -> Result<(Vec3, f64)> + Sync + Send,
 ) -> Result<ExactView> {
     let radiance = Radiance::new(VisualSensor::new(options.sun));
     let columns: Vec<Vec<(Vec3, f64)>> = farm
-        .render(camera.width, |subimage| {
+        .render(columns.len() as u32, |subimage| {
             let mut eye = ExactEye::new(source, &radiance, camera, options);
-            (subimage.first_column..subimage.first_column + subimage.columns)
+            let first = columns.start + subimage.first_column;
+            (first..first + subimage.columns)
                 .map(|column| (0..camera.height).map(|row| sample(&mut eye, column, row)).collect())
                 .collect::<Result<Vec<_>>>()
         })?

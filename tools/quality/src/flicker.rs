@@ -185,11 +185,13 @@ fn fly(args: &FlickerArgs, area: &Area) -> Result<AreaRecord> {
 
     let shoot = |number: usize| -> Result<Shots> {
         let camera = Camera::new(poses[number], args.size.width, args.size.height);
-        let exact = one_sample(&area.source, &camera, &options, &farm)?;
+        let exact = one_sample(&area.source, &camera, &options, 0..camera.width, &farm)?;
         let engine = engine::render(&area.source, &camera, &args.common.judged(), &farm)?;
         let mut pictures = vec![exact_codes(&engine.colour), exact_codes(&exact.colour)];
         if let Some(side) = args.samples {
-            pictures.push(exact_codes(&supersampled(&area.source, &camera, &options, &farm, side)?.colour));
+            pictures.push(exact_codes(
+                &supersampled(&area.source, &camera, &options, 0..camera.width, &farm, side)?.colour,
+            ));
         }
         let shots = Shots { camera, range: exact.range, pictures };
         args.output.as_deref().map_or(Ok(()), |folder| shots.write(folder, &area.name, number))?;
@@ -246,7 +248,7 @@ impl Shots {
             let file = folder.join(format!("{name}-{kind}-{number:04}.png"));
             let rgb: Vec<u8> =
                 picture.iter().flat_map(|codes| codes.to_array().map(|code| code.round() as u8)).collect();
-            crate::measure::write_png(&file, &rgb, &self.camera)?;
+            crate::measure::write_png(&file, &rgb, [self.camera.width, self.camera.height])?;
         }
         Ok(())
     }

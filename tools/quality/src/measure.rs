@@ -10,7 +10,6 @@ use serde::Serialize;
 
 use hedgehop::colour::srgb8_picture;
 use hedgehop::encode::atomic::write_bytes;
-use hedgehop::space::Camera;
 use hedgehop::{Error, Result};
 
 /// Nearness of a picture to the truth.
@@ -23,9 +22,9 @@ pub struct Nearness {
 }
 
 impl Nearness {
-    /// Measures `picture` against `truth`, both 8-bit sRGB of the camera's size.
-    pub fn between(truth: &[u8], picture: &[u8], camera: &Camera) -> Self {
-        let image = |rgb| FlipImageRgb8::with_data(camera.width, camera.height, rgb);
+    /// Measures `picture` against `truth`, both 8-bit sRGB and of a size in pixels.
+    pub fn between(truth: &[u8], picture: &[u8], [width, height]: [u32; 2]) -> Self {
+        let image = |rgb| FlipImageRgb8::with_data(width, height, rgb);
         let errors = flip(image(truth), image(picture), DEFAULT_PIXELS_PER_DEGREE);
         let flip = f64::from(FlipPool::from_image(&errors).mean());
         Self { psnr_db: psnr(truth, picture), flip }
@@ -58,11 +57,11 @@ pub fn difference(truth: &[u8], picture: &[u8], gain: i32) -> Vec<u8> {
     truth.iter().zip(picture).map(around).collect()
 }
 
-/// Writes 8-bit sRGB codes of the camera's size as PNG.
-pub fn write_png(path: &Path, rgb: &[u8], camera: &Camera) -> Result<()> {
+/// Writes 8-bit sRGB codes of a picture of a size in pixels as PNG.
+pub fn write_png(path: &Path, rgb: &[u8], [width, height]: [u32; 2]) -> Result<()> {
     let mut bytes = Vec::new();
     PngEncoder::new(&mut bytes)
-        .write_image(rgb, camera.width, camera.height, ExtendedColorType::Rgb8)
+        .write_image(rgb, width, height, ExtendedColorType::Rgb8)
         .map_err(|source| Error::invalid(path, format!("the PNG encoder refuses the picture: {source}")))?;
     write_bytes(path, &bytes)
 }

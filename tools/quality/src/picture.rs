@@ -1,5 +1,6 @@
 //! Pictures of the renderer, and of one sample per pixel, against truth.
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -58,6 +59,10 @@ pub struct PictureArgs {
     #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=64))]
     samples: u32,
 
+    /// Compare only this many columns, in the middle of each picture: large ones take long
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    columns: Option<u32>,
+
     #[command(flatten)]
     common: Common,
 }
@@ -77,6 +82,7 @@ struct ViewRecord {
 #[derive(Debug, Serialize)]
 struct MeasuredPicture {
     size_px: [u32; 2],
+    columns: Option<u32>,
     samples_per_pixel: u32,
     seed: u64,
     least_gain_db: f64,
@@ -111,6 +117,7 @@ pub fn run(args: &PictureArgs) -> Result<()> {
 
     let measured = MeasuredPicture {
         size_px: [args.size.width, args.size.height],
+        columns: args.columns,
         samples_per_pixel: args.samples * args.samples,
         seed: args.common.seed,
         least_gain_db: LEAST_GAIN,
@@ -140,6 +147,12 @@ impl ViewRecord {
     }
 }
 
+/// Returns some columns of a picture of 8-bit codes that is `width` pixels wide.
+fn cut(rgb: &[u8], columns: &Range<u32>, width: u32) -> Vec<u8> {
+    let [first, end] = [columns.start, columns.end].map(|column| 3 * column as usize);
+    rgb.chunks_exact(3 * width as usize).flat_map(|row| &row[first..end]).copied().collect()
+}
+
 /// Poses over `area`, as asked for.
 fn poses(args: &PictureArgs, area: &Area) -> Result<Vec<Pose>> {
     match &args.path {
@@ -165,21 +178,25 @@ fn look(args: &PictureArgs, area: &Area, farm: &Farm, index: usize, pose: Pose) 
     let camera = Camera::new(pose, args.size.width, args.size.height);
     let options = RenderOptions::default();
     let begun = Instant::now();
-    let truths = Truths { folder: &args.output, samples: args.samples };
+    let truths = Truths { folder: &args.output, samples: args.samples, columns: args.columns };
+    let columns = truths.columns_of(&camera);
+    let size = [columns.len() as u32, camera.height];
     let (truth, is_new) = truths.get(&area.source, &camera, &options, farm)?;
     let truth_s = if is_new { begun.elapsed().as_secs_f64() } else { 0.0 };
     let truth = codes(&truth);
     let write = |kind: &str, rgb: &[u8]| {
-        write_png(&args.output.join(format!("{}-{index:02}-{kind}.png", area.name)), rgb, &camera)
+        write_png(&args.output.join(format!("{}-{index:02}-{kind}.png", area.name)), rgb, size)
     };
     let judge = |kind: &str, picture: Vec<u8>| {
         write(kind, &picture)?;
         write(&format!("{kind}-difference"), &difference(&truth, &picture, DIFFERENCE_GAIN))?;
-        Ok::<_, Error>(Nearness::between(&truth, &picture, &camera))
+        Ok::<_, Error>(Nearness::between(&truth, &picture, size))
     };
     write("truth", &truth)?;
-    let engine = judge("engine", engine::picture(&area.source, &camera, &args.common.judged(), farm)?)?;
-    let one_sample = judge("one-sample", codes(&one_sample(&area.source, &camera, &options, farm)?.colour))?;
+    let engine = engine::picture(&area.source, &camera, &args.common.judged(), farm)?;
+    let engine = judge("engine", cut(&engine, &columns, camera.width))?;
+    let one_sample = one_sample(&area.source, &camera, &options, columns, farm)?;
+    let one_sample = judge("one-sample", codes(&one_sample.colour))?;
 
     Ok(ViewRecord {
         area: area.name.clone(),

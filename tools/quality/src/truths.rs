@@ -3,6 +3,7 @@
 //! A file is named by a hash of everything that decides it and holds `[height][width][3]` little-endian f32, linear
 //! Rec. 709.
 
+use std::ops::Range;
 use std::path::Path;
 
 use crate::exact::supersampled;
@@ -24,9 +25,18 @@ pub struct Truths<'a> {
     pub folder: &'a Path,
     /// Side of the grid of samples in a pixel.
     pub samples: u32,
+    /// Columns of the picture that are looked at; `None`: all.
+    pub columns: Option<u32>,
 }
 
 impl Truths<'_> {
+    /// Returns the columns of a view that are looked at: those in its middle.
+    pub fn columns_of(&self, camera: &Camera) -> Range<u32> {
+        let count = self.columns.unwrap_or(camera.width).min(camera.width);
+        let first = (camera.width - count) / 2;
+        first..first + count
+    }
+
     /// The truth of a view, and whether it had to be computed.
     pub fn get(
         &self,
@@ -36,14 +46,15 @@ impl Truths<'_> {
         farm: &Farm,
     ) -> Result<(Vec<[f32; 3]>, bool)> {
         let file = self.folder.join(format!("truth-{:016x}.f32", self.key(source, camera, options)));
-        let pixels = camera.width as usize * camera.height as usize;
+        let columns = self.columns_of(camera);
+        let pixels = columns.len() * camera.height as usize;
         match std::fs::read(&file) {
             Ok(bytes) if bytes.len() == pixels * PIXEL => return Ok((decode(&bytes), false)),
             Ok(_) => return Err(Error::invalid(&file, "is cut short; remove it")),
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => {}
             Err(error) => return Err(Error::io(&file, "read", error)),
         }
-        let truth = supersampled(source, camera, options, farm, self.samples)?.colour;
+        let truth = supersampled(source, camera, options, columns, farm, self.samples)?.colour;
         let bytes: Vec<u8> = truth.iter().flatten().flat_map(|value| value.to_le_bytes()).collect();
         write_bytes(&file, &bytes)?;
         Ok((truth, true))
@@ -59,6 +70,8 @@ impl Truths<'_> {
             camera.height,
             self.samples
         );
+        // Whole pictures go by the name that they had before there were others.
+        let said = self.columns.map_or(said.clone(), |columns| format!("{said} {columns} columns"));
         said.bytes().fold(0, |hash, byte| fold(hash, u64::from(byte)))
     }
 }
