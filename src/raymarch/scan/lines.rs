@@ -42,8 +42,29 @@ pub struct Lines<'a> {
     pub first: [i64; 2],
     /// Number of lines here, without aprons.
     held: i64,
+    /// Whether all posts that are asked for lie in the area.
+    is_inside: bool,
     /// The area's first and last post, counted from there: beside it the surface goes on level.
     limits: [f32; 2],
+}
+
+/// Registers of a block's lines: each holds all posts of a line that are asked for.
+#[derive(Clone, Copy)]
+pub struct NearRows<'l> {
+    /// Post with which they begin, counted from the lines' first.
+    pub first: i32,
+    codes: &'l [u16],
+    row: usize,
+}
+
+impl<'l> NearRows<'l> {
+    /// That of a line, counted from the first; `None` if it is not there.
+    #[inline(always)]
+    pub fn row(&self, line: i32) -> Option<&'l [u16; 2 * LANES]> {
+        let apron = APRON as i32;
+        let start = (line + apron) as usize * self.row + (self.first + apron) as usize;
+        self.codes.get(start..)?.first_chunk()
+    }
 }
 
 impl<'a> Lines<'a> {
@@ -76,6 +97,7 @@ impl<'a> Lines<'a> {
             next: None,
             first: [page_line * side + i64::from(held * strip), first * side],
             held: i64::from(held),
+            is_inside: posts.ends[0] > 0 && posts.ends[1] < posts_across - 1,
             limits: [-(first * side) as f32, (posts_across - 1 - first * side) as f32],
         };
 
@@ -107,6 +129,14 @@ impl<'a> Lines<'a> {
         let (low, high) = (-i64::from(APRON), i64::from(self.parts[0].1) - i64::from(APRON) - NEAR);
         let holds = self.count == 1 && low <= high && last - first + 2 < NEAR;
         holds.then(|| (first - 1).clamp(low, high) as i32)
+    }
+
+    /// The registers that hold all posts of each line, where there are such and all of them lie in the area.
+    #[inline(always)]
+    pub fn near_rows(&self) -> Option<NearRows<'_>> {
+        let first = self.near.filter(|_| self.is_inside)?;
+        let (codes, row) = &self.parts[0];
+        Some(NearRows { first, codes: codes.all(), row: *row as usize })
     }
 
     /// Has the processor fetch what the next group of planes will look at of a line, which is soon.

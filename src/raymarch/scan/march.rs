@@ -27,7 +27,7 @@ const UNDER_CEILING: f32 = 0.999;
 pub(super) const MOST_VOXELS: i64 = 4;
 
 /// Lines of a block, at most.
-const MOST_LINES: usize = 16;
+pub(super) const MOST_LINES: usize = 16;
 
 /// Field that a march is to see.
 #[derive(Debug, Clone, Copy)]
@@ -339,18 +339,23 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         }
 
         let near = block.stride.lines == 1 && self.is_near(level);
-        // All heights first: reads that wait for nothing overlap. Most blocks end here.
-        let mut slopes = [Sixteen::default(); MOST_LINES];
-        let highest = self.slopes(&lines, block, &mut slopes);
-        let is_in_sight = near || self.horizon.lt(highest).any() || self.is_at_edge(last as f32);
-        if !is_in_sight && !self.is_at_rim(self.simd.load(&slopes[block.count as usize - 1].0)) {
-            self.skip(block, last as f32, &slopes);
+        // Most blocks end here.
+        let slopes = self.slopes(&lines, block);
+        let at_edge = self.is_at_edge(last as f32);
+        let is_whole = slopes.is_whole && !self.is_nothing(self.last).any();
+        let is_in_sight = near || at_edge || self.horizon.lt(slopes.highest).any();
+        let last_slope = slopes.slope(block.count - 1);
+        if !is_in_sight && (is_whole || !self.is_at_rim(self.simd.load(&last_slope.0))) {
+            self.skip(block, last as f32, last_slope);
             return Ok(());
+        }
+        if is_whole && !near && !at_edge {
+            return self.pass_lines(&lines, block, &slopes);
         }
 
         for index in 0..block.count {
             let line = block.first + index * block.step;
-            let post = self.stored(block, line, &slopes[index as usize]);
+            let post = self.stored(block, line, slopes.slope(index));
             self.step(&lines, block, &post, near)?;
         }
 
@@ -363,38 +368,11 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         self.clearance.hypot(self.reached.into()) < NEAR * f64::from(Grid::side_units(level))
     }
 
-    /// Slopes of the surface along the lines of a block, also beside the area, and the greatest of each plane.
-    #[inline(always)]
-    fn slopes(&self, lines: &Lines<'a>, block: &LineBlock, slopes: &mut [Sixteen; MOST_LINES]) -> V::F {
-        let simd = self.simd;
-        let level = block.stride.level;
-        let side = f64::from(Grid::side_units(level));
-        let across = self.ground.across / side - 0.5 - lines.first[1] as f64;
-        let (across, minor) =
-            (simd.splat(across as f32), self.ground.minor * simd.splat((1.0 / side) as f32));
-        let (first, step) = (self.way.distance(level, block.first), side * block.stride.lines as f64);
-        let mut highest = simd.splat(NO_SLOPE);
-
-        for (index, slope) in slopes.iter_mut().enumerate().take(block.count as usize) {
-            let distance = (first + index as f64 * step) as f32;
-            let at = simd.splat(distance);
-            let line = block.first + index as i64 * block.step - lines.first[0];
-            lines.prefetch(simd, line as i32);
-            let codes = lines.codes(simd, line as i32, minor.mul_add(at, across));
-            let z = self.ground.height(codes, at);
-            let found = self.slope(z, self.ground.per_depth * simd.splat(1.0 / distance));
-            found.store(&mut slope.0);
-            highest = highest.max(found);
-        }
-
-        highest
-    }
-
     /// Passes a block in which nothing rises above the horizons.
     #[inline(always)]
-    fn skip(&mut self, block: &LineBlock, last: f32, slopes: &[Sixteen; MOST_LINES]) {
+    fn skip(&mut self, block: &LineBlock, last: f32, last_slope: &Sixteen) {
         let line = block.first + (block.count - 1) * block.step;
-        let post = self.stored(block, line, &slopes[block.count as usize - 1]);
+        let post = self.stored(block, line, last_slope);
         // No edge of the area is in the block.
         self.profile.begin(&post);
         self.last = post.slope;

@@ -29,6 +29,7 @@
 //! over several rows from one to the next, lines between them are read.
 
 mod advance;
+mod block_slopes;
 mod blocks;
 mod bound_pyramid;
 mod bounds;

@@ -151,6 +151,20 @@ impl Profile {
         self.is_joined = in_sight;
     }
 
+    /// Returns the profile's end, with room for some posts more.
+    #[inline(always)]
+    pub fn end(&mut self, posts: usize) -> ProfileEnd<'_> {
+        if self.count + posts >= self.segments.len() {
+            self.grow(posts);
+        }
+        ProfileEnd {
+            segments: &mut self.segments,
+            count: self.count,
+            is_joined: self.is_joined,
+            kept: (&mut self.count, &mut self.is_joined),
+        }
+    }
+
     /// Slopes and inverse depths of the march's last post.
     #[inline(always)]
     pub fn last<V: Simd>(&self, simd: V) -> [V::F; 2] {
@@ -166,7 +180,7 @@ impl Profile {
     #[inline(always)]
     fn put<V: Simd>(&mut self, index: usize, post: &Post<V>, begins: bool) {
         if index >= self.segments.len() {
-            self.grow();
+            self.grow(1);
         }
         let segment = &mut self.segments[index];
         post.slope.store(&mut segment.slope.0);
@@ -175,8 +189,38 @@ impl Profile {
     }
 
     #[cold]
-    fn grow(&mut self) {
-        self.segments.resize(2 * self.segments.len() + 64, VisibleSegment::default());
+    fn grow(&mut self, posts: usize) {
+        self.segments.resize(2 * self.segments.len() + posts + 64, VisibleSegment::default());
+    }
+}
+
+/// End of a profile while posts are added one after the other.
+pub struct ProfileEnd<'p> {
+    segments: &'p mut [VisibleSegment],
+    count: usize,
+    is_joined: bool,
+    /// The same two in the profile.
+    kept: (&'p mut usize, &'p mut bool),
+}
+
+impl ProfileEnd<'_> {
+    /// Adds a post, as [`Profile::add`] does.
+    #[inline(always)]
+    pub fn add<V: Simd>(&mut self, post: &Post<V>, in_sight: bool) {
+        let index = self.count + usize::from(in_sight & !self.is_joined);
+        if let Some(segment) = self.segments.get_mut(index) {
+            post.slope.store(&mut segment.slope.0);
+            post.inverse.store(&mut segment.inverse.0);
+            segment.line = SampleLine { begins: !in_sight, ..post.line };
+        }
+        self.count = index + usize::from(in_sight);
+        self.is_joined = in_sight;
+    }
+
+    /// Leaves them in the profile.
+    #[inline(always)]
+    pub fn finish(self) {
+        (*self.kept.0, *self.kept.1) = (self.count, self.is_joined);
     }
 }
 

@@ -53,9 +53,14 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
     /// Whether, at the last post and the next one, some plane has a surface and some has none: there may be a rim between.
     #[inline(always)]
     pub(super) fn is_at_rim(&self, slope: V::F) -> bool {
-        let nothing = self.simd.splat(LEAST_SLOPE);
-        let (before, behind) = (self.last.lt(nothing), slope.lt(nothing));
+        let (before, behind) = (self.is_nothing(self.last), self.is_nothing(slope));
         (before | behind).any() && !(before & behind).all()
+    }
+
+    /// Planes that have no surface where their slope is this.
+    #[inline(always)]
+    pub(super) fn is_nothing(&self, slope: V::F) -> V::M {
+        slope.lt(self.simd.splat(LEAST_SLOPE))
     }
 
     /// Takes in the surface from where the march is to a post; on the way there may be a `rim`.
