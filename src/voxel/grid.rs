@@ -80,7 +80,7 @@ impl Grid {
 
     /// Side of a voxel of level index `level`, in units (1, 4, 16, …; no grid has a level of 16 or more).
     pub fn side_units(level: u8) -> u32 {
-        if level == BARE { 1 } else { RADIX.saturating_pow(u32::from(level)) }
+        1_u32.checked_shl(side_bits(level)).unwrap_or(u32::MAX)
     }
 
     /// Side of a voxel of level index `level`, metres.
@@ -90,8 +90,10 @@ impl Grid {
 
     /// Voxels (eastward, northward) of level index `level`.
     pub fn dims(&self, level: u8) -> (u32, u32) {
-        let side = Self::side_units(level);
-        (self.nx.div_ceil(side), self.ny.div_ceil(side))
+        // As a quotient by a number that need be no power of two it would take most of the time of who asks.
+        let bits = side_bits(level).min(63);
+        let voxels = |units: u32| ((u64::from(units) + (1 << bits) - 1) >> bits) as u32;
+        (voxels(self.nx), voxels(self.ny))
     }
 
     /// Pages (eastward, northward) of level index `level`.
@@ -182,4 +184,9 @@ impl HeightCode {
     pub fn decode(&self, code: u16) -> Option<f64> {
         (code != Self::EMPTY).then(|| self.offset + self.scale * f64::from(code))
     }
+}
+
+/// Returns the logarithm to the base 2 of a voxel's side in units.
+fn side_bits(level: u8) -> u32 {
+    if level == BARE { 0 } else { RADIX.ilog2() * u32::from(level) }
 }

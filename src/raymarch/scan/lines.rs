@@ -5,7 +5,7 @@
 
 use super::pages::{Codes, Pages, together};
 use crate::simd::{Each, Floats, Ints, LANES, Simd};
-use crate::voxel::{APRON, HeightCode, PAGE_SIDE, PageId};
+use crate::voxel::{APRON, Grid, HeightCode, PAGE_SIDE, PageId};
 use hedgehop_base::error::Result;
 
 /// Most pages that a block of lines may lie in, side by side; planes are never so far apart that a level
@@ -14,6 +14,9 @@ const MOST_PAGES: usize = 4;
 
 /// Posts of a line that a register holds.
 const NEAR: i64 = 2 * LANES as i64;
+
+/// Bits of an index within a page.
+const SIDE_BITS: u32 = PAGE_SIDE.trailing_zeros();
 
 /// Code of what is no surface: below any.
 pub const NO_CODE: f32 = -1.0e34;
@@ -30,14 +33,24 @@ pub struct LinePosts {
 /// Height codes of a page's lines with apron, and how many one line has.
 type LinePart<'a> = (Codes<'a>, i32);
 
+/// Posts that the next group of planes looks at.
+struct Beside<'a> {
+    /// Their page: one of the lines' own, or another.
+    part: Option<usize>,
+    page: Option<LinePart<'a>>,
+    /// The farthest of them, counted from the page's first.
+    post: i32,
+}
+
 /// Pages of one level side by side along the minor axis: the lines of one block.
 pub struct Lines<'a> {
+    row: PageRow,
     parts: [LinePart<'a>; MOST_PAGES],
     count: usize,
     /// First of [`NEAR`] posts that hold all that are asked for; `None` if they do not.
     near: Option<i32>,
-    /// The page that the next group of planes looks at, and up to which post.
-    next: Option<(LinePart<'a>, i32)>,
+    /// Where the next group of planes looks; `None`: not known.
+    next: Option<Beside<'a>>,
     /// Index of the first line of those that are here, and of the first page's first post.
     pub first: [i64; 2],
     /// Number of lines here, without aprons.
@@ -67,61 +80,110 @@ impl<'l> NearRows<'l> {
     }
 }
 
+/// Pages side by side along the minor axis, or strips of them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct PageRow {
+    level: u8,
+    /// Index of the pages along the major axis, and number of the strip.
+    along: i64,
+    strip: u32,
+    /// Indices of the first page and the last one across.
+    across: [i64; 2],
+}
+
+impl PageRow {
+    /// That which holds line `line` of `level` along axis `major`, and `posts`; beside the area the outermost one. And how many lines there are in it.
+    #[inline(always)]
+    fn new(grid: &Grid, level: u8, major: usize, line: i64, posts: &LinePosts) -> (Self, i64) {
+        let dims = grid.page_dims(level);
+        let dims = [i64::from(dims.0), i64::from(dims.1)];
+        let across = posts.ends.each(|post| (post >> SIDE_BITS).clamp(0, dims[1 - major] - 1));
+        let along = (line >> SIDE_BITS).clamp(0, dims[major] - 1);
+        let side = i64::from(PAGE_SIDE);
+        let (held, strip) = together(major, (line - along * side).clamp(0, side - 1) as u32);
+        (Self { level, along, strip, across }, i64::from(held))
+    }
+
+    fn page(&self, major: usize, across: i64) -> PageId {
+        let (along, across) = (self.along as u32, across as u32);
+        let (px, py) = if major == 0 { (along, across) } else { (across, along) };
+        PageId { level: self.level, px, py }
+    }
+}
+
 impl<'a> Lines<'a> {
-    /// Finds the pages of `level` that hold line `line` along axis `major`, and `posts`. `None`: one of them is absent, or they are too many.
+    /// Finds the pages of `level` that hold line `line` along axis `major`, and `posts`; `latest` are lines that were found before. `None`: one of the pages is
+    /// absent, or they are too many.
     pub fn find(
         pages: &mut Pages<'a>,
+        latest: Option<Self>,
         level: u8,
         major: usize,
         line: i64,
         posts: LinePosts,
     ) -> Result<Option<Self>> {
-        let side = i64::from(PAGE_SIDE);
         let grid = pages.source().header().grid;
-        let posts_across = i64::from([grid.dims(level).0, grid.dims(level).1][1 - major]);
-        let dims = grid.page_dims(level);
-        let dims = [i64::from(dims.0), i64::from(dims.1)];
-        let [first, last] = posts.ends.each(|post| post.div_euclid(side).clamp(0, dims[1 - major] - 1));
-        let page_line = line.div_euclid(side).clamp(0, dims[major] - 1);
+        let (row, held) = PageRow::new(&grid, level, major, line, &posts);
+        let mut lines = match latest {
+            Some(latest) if latest.row == row => latest,
+            _ => match Self::of(pages, row, major, held)? {
+                Some(lines) => lines,
+                None => return Ok(None),
+            },
+        };
+        lines.look(pages, major, posts);
+        Ok(Some(lines))
+    }
+
+    /// Lines of some pages; `None`: one of them is absent, or they are too many.
+    fn of(pages: &mut Pages<'a>, row: PageRow, major: usize, held: i64) -> Result<Option<Self>> {
+        let side = i64::from(PAGE_SIDE);
+        let [first, last] = row.across;
         let count = (last - first + 1) as usize;
         if count > MOST_PAGES {
             return Ok(None);
         }
 
-        // A line beside the area belongs to the first or the last ones.
-        let (held, strip) = together(major, (line - page_line * side).clamp(0, side - 1) as u32);
+        let dims = pages.source().header().grid.dims(row.level);
+        let posts_across = i64::from([dims.0, dims.1][1 - major]);
         let mut lines = Self {
+            row,
             parts: [const { (Codes::Rows(&[]), 0) }; MOST_PAGES],
             count,
             near: None,
             next: None,
-            first: [page_line * side + i64::from(held * strip), first * side],
-            held: i64::from(held),
-            is_inside: posts.ends[0] > 0 && posts.ends[1] < posts_across - 1,
+            first: [row.along * side + held * i64::from(row.strip), first * side],
+            held,
+            is_inside: false,
             limits: [-(first * side) as f32, (posts_across - 1 - first * side) as f32],
         };
-
-        let page = |across: i64| {
-            let (along, across) = (page_line as u32, across as u32);
-            let (px, py) = if major == 0 { (along, across) } else { (across, along) };
-            PageId { level, px, py }
-        };
         for part in 0..count {
-            let Some(codes) = pages.codes(page(first + part as i64), major, strip)? else { return Ok(None) };
+            let Some(codes) = pages.codes(row.page(major, first + part as i64), major, row.strip)? else {
+                return Ok(None);
+            };
             lines.parts[part] = codes;
         }
+        Ok(Some(lines))
+    }
 
-        lines.near = lines.near(posts.ends.each(|post| post - first * side));
-        let beside = posts.next.div_euclid(side).clamp(0, dims[1 - major] - 1);
-        let part = if (first..=last).contains(&beside) {
-            Some(lines.parts[(beside - first) as usize].clone())
+    /// Looks at some posts of these lines.
+    #[inline(always)]
+    fn look(&mut self, pages: &mut Pages<'a>, major: usize, posts: LinePosts) {
+        let [first, last] = self.row.across;
+        let start = self.first[1];
+        let ends = posts.ends.each(|post| post - start);
+        self.near = self.near(ends);
+        self.is_inside = ends[0] as f32 > self.limits[0] && (ends[1] as f32) < self.limits[1];
+
+        let beside = posts.next >> SIDE_BITS;
+        let post = (posts.next - (beside << SIDE_BITS)) as i32;
+        self.next = if (first..=last).contains(&beside) {
+            Some(Beside { part: Some((beside - first) as usize), page: None, post })
         } else {
             // It may be of no group's business: nothing is read for it.
-            pages.known_codes(page(beside), major, strip)
+            let page = self.row.page(major, beside.max(0));
+            pages.known_codes(page, major, self.row.strip).map(|page| Beside { part: None, page: Some(page), post })
         };
-        lines.next = part.map(|part| (part, (posts.next - beside * side) as i32));
-
-        Ok(Some(lines))
     }
 
     /// Returns the first of [`NEAR`] posts of one page that hold `posts`, first and last, and one more on either side for rounding.
@@ -142,7 +204,8 @@ impl<'a> Lines<'a> {
     /// Has the processor fetch what the next group of planes will look at of a line, which is soon.
     #[inline(always)]
     pub fn prefetch<V: Simd>(&self, simd: V, line: i32) {
-        if let Some(((codes, row), post)) = &self.next {
+        let Some(Beside { part, page, post }) = &self.next else { return };
+        if let Some((codes, row)) = page.as_ref().or_else(|| self.parts.get((*part)?)) {
             simd.prefetch(codes.all(), ((line + APRON as i32) * row + post) as usize);
         }
     }

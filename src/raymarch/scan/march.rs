@@ -165,6 +165,7 @@ impl Kernel for Seeing<'_, '_> {
             is_begun: false,
             last: simd.splat(NO_SLOPE),
             reached: nearest,
+            latest: None,
             leapt_from: None,
             bare_until: 0.0,
             march,
@@ -198,6 +199,8 @@ pub(super) struct Planes<'f, 'a, V: Simd> {
     pub(super) is_begun: bool,
     /// Major distance up to which the march has come, units.
     pub(super) reached: f32,
+    /// Lines of the block before.
+    pub(super) latest: Option<Lines<'a>>,
     /// Index of the narrowest square from which a leap was tried last.
     pub(super) leapt_from: Option<i64>,
     /// Major distance at which bare ground ends, units.
@@ -315,8 +318,9 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         }
 
         let posts = self.posts(level, [self.reached.into(), last]);
-        let Some(lines) = Lines::find(&mut self.march.pages, level, self.group.major, block.first, posts)?
-        else {
+        let latest = self.latest.take();
+        let pages = &mut self.march.pages;
+        let Some(lines) = Lines::find(pages, latest, level, self.group.major, block.first, posts)? else {
             self.march_coarser(block)?;
             // Coarser lines saw what ends in the block; behind it nothing is known.
             if hidden {
@@ -335,28 +339,35 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
             self.step(&lines, block, &post, false)?;
             self.is_begun = false;
             self.reached = last as f32;
-            return Ok(());
+        } else {
+            self.march_along(&lines, block, last as f32)?;
         }
+        self.latest = Some(lines);
+        Ok(())
+    }
 
-        let near = block.stride.lines == 1 && self.is_near(level);
+    /// Marches along the lines of a block, the last of which lies at a major distance.
+    #[inline(always)]
+    fn march_along(&mut self, lines: &Lines<'a>, block: &LineBlock, last: f32) -> Result<()> {
+        let near = block.stride.lines == 1 && self.is_near(block.stride.level);
         // Most blocks end here.
-        let slopes = self.slopes(&lines, block);
-        let at_edge = self.is_at_edge(last as f32);
+        let slopes = self.slopes(lines, block);
+        let at_edge = self.is_at_edge(last);
         let is_whole = slopes.is_whole && !self.is_nothing(self.last).any();
         let is_in_sight = near || at_edge || self.horizon.lt(slopes.highest).any();
         let last_slope = slopes.slope(block.count - 1);
         if !is_in_sight && (is_whole || !self.is_at_rim(self.simd.load(&last_slope.0))) {
-            self.skip(block, last as f32, last_slope);
+            self.skip(block, last, last_slope);
             return Ok(());
         }
         if is_whole && !near && !at_edge {
-            return self.pass_lines(&lines, block, &slopes);
+            return self.pass_lines(lines, block, &slopes);
         }
 
         for index in 0..block.count {
             let line = block.first + index * block.step;
             let post = self.stored(block, line, slopes.slope(index));
-            self.step(&lines, block, &post, near)?;
+            self.step(lines, block, &post, near)?;
         }
 
         Ok(())

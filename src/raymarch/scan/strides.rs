@@ -140,7 +140,7 @@ impl Strides {
 impl Stride {
     /// Length of a block in lines of the level: the side of a voxel of the skip level.
     pub fn block_lines(&self) -> i64 {
-        if self.lines < 4 { 16 } else { 64 }
+        16 * i64::from(self.lines)
     }
 
     /// The same in units.
