@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use glam::Vec3;
 
-use crate::simd::math::srgb8;
+use crate::simd::math::{srgb8, srgb8_of_root};
 use crate::simd::{Floats, Ints, LANES, Simd, Sixteen};
 use hedgehop_base::colour::{linear_from_srgb8, linear_of_codes, srgb8_from_light};
 
@@ -78,19 +78,32 @@ impl Pixels<'_> {
     #[inline(always)]
     pub fn store<V: Simd>(&mut self, simd: V, pixels: Range<usize>, light: [V::F; 3]) {
         match self {
-            Self::Srgb8(bytes) => {
-                put_rgb(simd, light, [1.0; 3], &mut bytes[pixels.start * RGB..pixels.end * RGB])
-            }
-            Self::Linear(colour) => put_light(simd, light, [1.0; 3], &mut colour[pixels]),
+            Self::Srgb8(bytes) => put_rgb(simd, light, &mut bytes[pixels.start * RGB..pixels.end * RGB]),
+            Self::Linear(colour) => put_light::<V>(light, &mut colour[pixels]),
         }
     }
 }
 
 /// Writes light of up to sixteen pixels as 8-bit sRGB.
 #[inline(always)]
-pub(crate) fn put_rgb<V: Simd>(simd: V, [red, green, blue]: [V::F; 3], units: [f32; 3], target: &mut [u8]) {
-    let (red, green) = (srgb8(simd, red, 1.0 / units[0]), srgb8(simd, green, 1.0 / units[1]));
-    let packed = red | green.shl::<8>() | srgb8(simd, blue, 1.0 / units[2]).shl::<16>();
+fn put_rgb<V: Simd>(simd: V, [red, green, blue]: [V::F; 3], target: &mut [u8]) {
+    put_codes(simd, [srgb8(simd, red, 1.0), srgb8(simd, green, 1.0), srgb8(simd, blue, 1.0)], target);
+}
+
+/// Writes roots of the light of up to sixteen pixels, in steps by channel, as 8-bit sRGB.
+#[inline(always)]
+pub(crate) fn put_rgb_of_roots<V: Simd>(simd: V, roots: [V::F; 3], steps: [f32; 3], target: &mut [u8]) {
+    let mut codes = [simd.splat_int(0); 3];
+    for (channel, code) in codes.iter_mut().enumerate() {
+        *code = srgb8_of_root(simd, roots[channel] * simd.splat(steps[channel]));
+    }
+    put_codes(simd, codes, target);
+}
+
+/// Writes 8-bit codes of up to sixteen pixels.
+#[inline(always)]
+fn put_codes<V: Simd>(simd: V, [red, green, blue]: [V::I; 3], target: &mut [u8]) {
+    let packed = red | green.shl::<8>() | blue.shl::<16>();
     match target.first_chunk_mut() {
         Some(all) => simd.store_triples(packed, all),
         None => {
@@ -101,12 +114,28 @@ pub(crate) fn put_rgb<V: Simd>(simd: V, [red, green, blue]: [V::F; 3], units: [f
     }
 }
 
+/// Writes light of up to sixteen pixels, of which roots are given, in steps by channel, as it is.
+#[inline(always)]
+pub(crate) fn put_light_of_roots<V: Simd>(
+    simd: V,
+    roots: [V::F; 3],
+    steps: [f32; 3],
+    target: &mut [[f32; 3]],
+) {
+    let mut light = roots;
+    for (channel, light) in light.iter_mut().enumerate() {
+        let root = *light * simd.splat(steps[channel]);
+        *light = root * root;
+    }
+    put_light::<V>(light, target);
+}
+
 /// Writes light of up to sixteen pixels as it is.
 #[inline(always)]
-pub(crate) fn put_light<V: Simd>(simd: V, light: [V::F; 3], units: [f32; 3], target: &mut [[f32; 3]]) {
+fn put_light<V: Simd>(light: [V::F; 3], target: &mut [[f32; 3]]) {
     let mut lanes = [Sixteen::default(); 3];
     for (channel, lanes) in lanes.iter_mut().enumerate() {
-        (light[channel] * simd.splat(units[channel])).store(&mut lanes.0);
+        light[channel].store(&mut lanes.0);
     }
     for (lane, pixel) in target.iter_mut().enumerate() {
         *pixel = [lanes[0].0[lane], lanes[1].0[lane], lanes[2].0[lane]];

@@ -477,6 +477,14 @@ impl Ints for I {
             _mm256_storeu_si256(to.add(8).cast(), self.1);
         });
     }
+    #[inline(always)]
+    fn store_shorts(self, target: &mut [u16; LANES]) {
+        // Quarters of both halves take turns.
+        lanes!({
+            let packed = _mm256_permute4x64_epi64::<0b11_01_10_00>(_mm256_packus_epi32(self.0, self.1));
+            _mm256_storeu_si256(target.as_mut_ptr().cast(), packed);
+        });
+    }
 }
 
 impl Mask for M {

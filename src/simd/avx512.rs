@@ -387,6 +387,10 @@ impl Ints for I {
     fn store(self, target: &mut [i32; LANES]) {
         lanes!(_mm512_storeu_si512(target.as_mut_ptr().cast(), self.0));
     }
+    #[inline(always)]
+    fn store_shorts(self, target: &mut [u16; LANES]) {
+        lanes!(_mm256_storeu_si256(target.as_mut_ptr().cast(), _mm512_cvtepi32_epi16(self.0)));
+    }
 }
 
 impl Mask for M {

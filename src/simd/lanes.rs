@@ -160,6 +160,8 @@ pub trait Ints:
     fn least(self, mask: Self::M) -> i32;
     /// Stores to memory, lane 0 first.
     fn store(self, target: &mut [i32; LANES]);
+    /// Stores lanes of 0 to 65,535 to memory, lane 0 first.
+    fn store_shorts(self, target: &mut [u16; LANES]);
 }
 
 /// Sixteen yes or no.

@@ -37,21 +37,36 @@ pub fn log2<V: Simd>(simd: V, x: V::F) -> V::F {
 const CURVE: [f32; 7] =
     [-0.947_668_8, 3.418_678_7, -5.003_158_5, 3.898_435_7, -1.899_474_9, 1.575_270_7, -0.042_231_945];
 
+/// Root of the light up to which the sRGB curve is straight.
+const ROOT_OF_TOE: f32 = 0.055_953_55;
+
 /// 8-bit sRGB codes (0…255) of linear light ≥ 0 of which `one` is displayed as 255; what is brighter is clamped. Off by
 /// one where the exact value lies within 0.06 of the middle between two codes.
 #[inline(always)]
 pub fn srgb8<V: Simd>(simd: V, linear: V::F, one: f32) -> V::I {
     let linear = linear.min(simd.splat(one));
     // Of no particular value for 0, which the toe takes.
-    let root = linear.sqrt_rough() * simd.splat(1.0 / one.sqrt());
-    // 255 · (1.055·r^(5/6) − 0.055) + ½ for r = √x from √0.0031308 to 1, within 0.04.
+    let curve = srgb8_curve(simd, linear.sqrt_rough() * simd.splat(1.0 / one.sqrt()));
+    let toe = linear.mul_add(simd.splat(12.92 * 255.0 / one), simd.splat(0.5));
+    toe.select(linear.lt(simd.splat(0.003_130_8 * one)), curve).to_int()
+}
+
+/// 8-bit sRGB codes of roots of linear light ≥ 0, of which 1 is displayed as 255; else as [`srgb8`].
+#[inline(always)]
+pub fn srgb8_of_root<V: Simd>(simd: V, root: V::F) -> V::I {
+    let root = root.min(simd.splat(1.0));
+    let toe = (root * root).mul_add(simd.splat(12.92 * 255.0), simd.splat(0.5));
+    toe.select(root.lt(simd.splat(ROOT_OF_TOE)), srgb8_curve(simd, root)).to_int()
+}
+
+/// 255 · (1.055·r^(5/6) − 0.055) + ½ for roots of light from √0.0031308 to 1, within 0.04.
+#[inline(always)]
+fn srgb8_curve<V: Simd>(simd: V, root: V::F) -> V::F {
     let mut curve = simd.splat(CURVE[0] * 255.0);
     for coefficient in &CURVE[1..6] {
         curve = curve.mul_add(root, simd.splat(coefficient * 255.0));
     }
-    let curve = curve.mul_add(root, simd.splat(CURVE[6] * 255.0 + 0.5));
-    let toe = linear.mul_add(simd.splat(12.92 * 255.0 / one), simd.splat(0.5));
-    toe.select(linear.lt(simd.splat(0.003_130_8 * one)), curve).to_int()
+    curve.mul_add(root, simd.splat(CURVE[6] * 255.0 + 0.5))
 }
 
 /// Angle of (x, y) against the x axis, −π…π radians, within 5·10⁻⁷, small ones within 10⁻⁶ of themselves; (0, 0) has

@@ -582,6 +582,15 @@ impl Ints for I {
     fn store(self, target: &mut [i32; LANES]) {
         stored!(vst1q_s32, self, target);
     }
+    #[inline(always)]
+    fn store_shorts(self, target: &mut [u16; LANES]) {
+        let to = target.as_mut_ptr();
+        let I(a, b, c, d) = self;
+        lanes!({
+            vst1q_u16(to, vreinterpretq_u16_s16(vcombine_s16(vmovn_s32(a), vmovn_s32(b))));
+            vst1q_u16(to.add(8), vreinterpretq_u16_s16(vcombine_s16(vmovn_s32(c), vmovn_s32(d))));
+        });
+    }
 }
 
 impl Mask for M {

@@ -368,6 +368,10 @@ impl Ints for I {
     fn store(self, target: &mut [i32; LANES]) {
         *target = self.0;
     }
+    #[inline(always)]
+    fn store_shorts(self, target: &mut [u16; LANES]) {
+        *target = each!(self.0, |a| a as u16);
+    }
 }
 
 impl Mask for M {

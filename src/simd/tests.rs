@@ -28,6 +28,8 @@ impl Kernel for Everything<'_> {
         let near = self.table.first_chunk().map(|near| simd.permute_pairs(near, index));
         let bytes: Vec<u8> = self.table.iter().flat_map(|x| x.to_le_bytes()).collect();
         let loaded = self.table.first_chunk().map(|shorts| simd.load_shorts(shorts));
+        let mut shorts = [0; LANES];
+        (i & simd.splat_int(0xffff)).store_shorts(&mut shorts);
         let triples_loaded = bytes[1..].first_chunk().map(|triples| simd.load_triples(triples));
         let fives_loaded = bytes.last_chunk().map(|fives| simd.load_fives(fives));
 
@@ -41,6 +43,7 @@ impl Kernel for Everything<'_> {
             .chain(simd.permute_neighbours(a, b, index).map(Floats::to_bits))
             .chain([pairs.0, pairs.1])
             .chain(near)
+            .chain([simd.load_shorts(&shorts)])
             .chain(loaded.into_iter().chain(triples_loaded).chain(fives_loaded.into_iter().flatten()))
             .chain([a.abs().to_int(), (a * simd.splat(70_000.0)).floor().to_int()])
             .chain([

@@ -1,7 +1,7 @@
 //! A band of rows of the screen.
 
 use super::plane_image::{LookUp, PanoramaImage, PlaneSource, UprightImage};
-use crate::pixels::{Pixels, RGB, put_light, put_rgb};
+use crate::pixels::{Pixels, RGB, put_light_of_roots, put_rgb_of_roots};
 use crate::raymarch::scan::PlaneArray;
 use crate::simd::{Floats, Isa, Kernel, LANES, Mask, Simd, Sixteen};
 
@@ -88,10 +88,7 @@ impl Filling<'_, '_> {
     #[inline(always)]
     fn fill<V: Simd>(self, simd: V, plane_image: &impl LookUp<V>) {
         let Self { mut band, planes, width, first } = self;
-        let mut units = planes.scale.units();
-        for (channel, unit) in units.iter_mut().enumerate() {
-            *unit *= planes.tint[channel];
-        }
+        let steps = planes.tint.map(|tint| planes.scale.step() * tint.sqrt());
         let count = band.rows(width);
 
         // Strip by strip: rows of one group of planes follow each other in memory.
@@ -100,14 +97,16 @@ impl Filling<'_, '_> {
             plane_image.begin(&mut strip, column);
             for row in 0..count {
                 let place = plane_image.place(column, first + row);
-                let light = plane_image.light(&mut strip, &place);
+                let roots = plane_image.roots(&mut strip, &place);
                 let (start, end) = (row * width + column, row * width + (column + LANES).min(width));
                 match &mut band.light {
                     Pixels::Srgb8(bytes) => {
                         simd.prefetch(bytes, start * RGB + AHEAD);
-                        put_rgb(simd, light, units, &mut bytes[start * RGB..end * RGB]);
+                        put_rgb_of_roots(simd, roots, steps, &mut bytes[start * RGB..end * RGB]);
                     }
-                    Pixels::Linear(colour) => put_light(simd, light, units, &mut colour[start..end]),
+                    Pixels::Linear(colour) => {
+                        put_light_of_roots(simd, roots, steps, &mut colour[start..end]);
+                    }
                 }
 
                 if band.has_range() && band.asks(row * width.div_ceil(LANES) + column / LANES) {

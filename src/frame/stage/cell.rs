@@ -1,23 +1,79 @@
-//! Light of sixteen planes in one row, in one word each: the plane image of a frame is written and read once, and what that takes is
-//! memory.
+//! Light of sixteen planes in one row: the plane image of a frame is written and read once, and what that takes is memory.
 //!
-//! Words hold roots of linear light, which are about as far apart as the eye tells them: red and green in 11 bits, blue in 10.
+//! Cells hold roots of linear light, which are about as far apart as the eye tells them, in 16 bits: with 10 and 11 a tenth of all
+//! 8-bit pixels are off by one.
 
 use glam::Vec3;
 
-use crate::simd::{Each, Floats, Ints, Simd, Sixteen};
+use crate::simd::{Each, Floats, Ints, LANES, Simd};
 
-/// Words of sixteen planes: red from bit 0, green from bit 11, blue from bit 22 on.
-pub type Cell = Sixteen;
+/// Roots of the light of sixteen planes, as codes.
+#[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C, align(32))]
+pub struct Cell {
+    /// Red from bit 0, green from bit 16 on.
+    red_green: [i32; LANES],
+    blue: [u16; LANES],
+}
 
-/// Largest codes.
-const LIMITS: [f32; 3] = [2047.0, 2047.0, 1023.0];
+/// Codes of sixteen lanes: red from bit 0 and green from bit 16 on; blue.
+#[derive(Clone, Copy)]
+pub struct Codes<V: Simd> {
+    pub red_green: V::I,
+    pub blue: V::I,
+}
 
-/// First value of green in a word.
-const GREEN: f32 = 2048.0;
+/// Largest code.
+const LIMIT: f32 = 65535.0;
+
+/// Bits of a code.
+const BITS: u32 = 16;
 
 /// Least light of which a root is taken: that of 0 has no particular value.
 const LEAST: f32 = 1.0e-12;
+
+impl Default for Cell {
+    #[inline(always)]
+    fn default() -> Self {
+        Self { red_green: [0; LANES], blue: [0; LANES] }
+    }
+}
+
+impl Cell {
+    /// Loads the codes.
+    #[inline(always)]
+    pub fn load<V: Simd>(&self, simd: V) -> Codes<V> {
+        Codes { red_green: simd.load_ints(&self.red_green), blue: simd.load_shorts(&self.blue) }
+    }
+
+    #[inline(always)]
+    fn store<V: Simd>(&mut self, codes: Codes<V>) {
+        codes.red_green.store(&mut self.red_green);
+        codes.blue.store_shorts(&mut self.blue);
+    }
+
+    /// Gathers codes of planes out of `cells`; bits of `places` from bit 4 on are indices of cells, those below number the plane.
+    #[inline(always)]
+    pub fn gather<V: Simd>(simd: V, cells: &[Self], places: V::I) -> Codes<V> {
+        const { assert!(size_of::<Cell>() == 6 * LANES) };
+        let cell = places.shr::<{ LANES.ilog2() }>();
+
+        // 24 words to a cell, the first of which are red and green; of 48 halves the last are blue. These are the second ones of pairs: the very last begins none.
+        let red_green = simd.gather_words(bytemuck::cast_slice(cells), places + cell.shl::<3>());
+        let before = places + cell.shl::<5>() + simd.splat_int(2 * LANES as i32 - 1);
+        let blue = simd.gather_pairs(bytemuck::cast_slice(cells), before).shr::<BITS>();
+        Codes { red_green, blue }
+    }
+}
+
+impl<V: Simd> Codes<V> {
+    /// The codes by channel.
+    #[inline(always)]
+    pub fn channels(self, simd: V) -> [V::F; 3] {
+        let red = self.red_green & simd.splat_int(0xffff);
+        [red.to_float(), self.red_green.shr::<BITS>().to_float(), self.blue.to_float()]
+    }
+}
 
 /// Light that the largest codes stand for; what is brighter is clipped.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,77 +94,75 @@ impl Scale {
         Self { root_of_brightest: root.clamp(Self::DISPLAY.root_of_brightest, Self::ALL.root_of_brightest) }
     }
 
-    /// Linear light of the units in which light between words is counted, by channel: the square of a code, which green keeps in its place.
-    #[inline(always)]
-    pub fn units(self) -> [f32; 3] {
-        let mut roots = LIMITS.each(|limit| self.root_of_brightest / limit);
-        roots[1] /= GREEN;
-        roots.each(|root| root * root)
+    /// Root of linear light from one code to the next.
+    pub fn step(self) -> f32 {
+        self.root_of_brightest / LIMIT
     }
 
-    /// Words of linear light.
+    /// Puts linear light into a cell.
     #[inline(always)]
-    pub fn encode<V: Simd>(self, simd: V, light: [V::F; 3]) -> V::F {
-        let mut codes = [simd.splat_int(0); 3];
-        for (channel, code) in codes.iter_mut().enumerate() {
-            let limit = LIMITS[channel];
-            let root = light[channel].max(simd.splat(LEAST)).sqrt_rough();
-            let scaled = root.mul_add(simd.splat(limit / self.root_of_brightest), simd.splat(0.5));
-            *code = scaled.min(simd.splat(limit)).to_int();
-        }
-        let [red, green, blue] = codes;
-        (red | green.shl::<11>() | blue.shl::<22>()).as_floats()
+    pub fn encode<V: Simd>(self, simd: V, light: [V::F; 3], cell: &mut Cell) {
+        cell.store(self.codes(simd, light));
     }
-}
 
-impl Scale {
-    /// Linear light of words.
+    /// Puts linear light of some planes into a cell.
     #[inline(always)]
-    pub fn decode<V: Simd>(self, simd: V, words: V::F) -> [V::F; 3] {
-        let words = words.to_bits();
-        let mut light = between(simd, words, words, simd.splat(0.0));
-        let units = self.units();
-        for (channel, light) in light.iter_mut().enumerate() {
-            *light = *light * simd.splat(units[channel]);
+    pub fn encode_masked<V: Simd>(self, simd: V, light: [V::F; 3], planes: V::M, cell: &mut Cell) {
+        let (known, codes) = (cell.load(simd), self.codes(simd, light));
+        cell.store::<V>(Codes {
+            red_green: codes.red_green.select(planes, known.red_green),
+            blue: codes.blue.select(planes, known.blue),
+        });
+    }
+
+    #[inline(always)]
+    fn codes<V: Simd>(self, simd: V, light: [V::F; 3]) -> Codes<V> {
+        let (scale, limit) = (simd.splat(1.0 / self.step()), simd.splat(LIMIT));
+        let [red, green, blue] = light.each(
+            #[inline(always)]
+            |light| {
+                let root = light.max(simd.splat(LEAST)).sqrt_rough();
+                root.mul_add(scale, simd.splat(0.5)).min(limit).to_int()
+            },
+        );
+        Codes { red_green: red | green.shl::<BITS>(), blue }
+    }
+
+    /// Linear light of a cell.
+    #[inline(always)]
+    pub fn decode<V: Simd>(self, simd: V, cell: &Cell) -> [V::F; 3] {
+        let mut light = cell.load(simd).channels(simd);
+        for light in &mut light {
+            let root = *light * simd.splat(self.step());
+            *light = root * root;
         }
         light
     }
 }
 
-/// Linear light between two words, in [units](Scale::units).
+/// Codes between others, `share` of the way from the first to the second.
 #[inline(always)]
-pub fn between<V: Simd>(simd: V, from: V::I, to: V::I, share: V::F) -> [V::F; 3] {
-    let (red, green) = (simd.splat_int(0x7ff), simd.splat_int(0x7ff << 11));
-    [
-        mix::<V>(from & red, to & red, share),
-        mix::<V>(from & green, to & green, share),
-        mix::<V>(from.shr::<22>(), to.shr::<22>(), share),
-    ]
-}
-
-/// Adds light of words, in [units](Scale::units), times a weight.
-#[inline(always)]
-pub fn add<V: Simd>(simd: V, sum: &mut [V::F; 3], words: V::I, weight: V::F) {
-    let (red, green) = (simd.splat_int(0x7ff), simd.splat_int(0x7ff << 11));
-    let codes = [words & red, words & green, words.shr::<22>()];
-    for (channel, sum) in sum.iter_mut().enumerate() {
-        let code = codes[channel].to_float();
-        *sum = (code * code).mul_add(weight, *sum);
+pub fn between<V: Simd>(simd: V, from: Codes<V>, to: Codes<V>, share: V::F) -> [V::F; 3] {
+    let (mut between, to) = (from.channels(simd), to.channels(simd));
+    for (channel, between) in between.iter_mut().enumerate() {
+        *between = (to[channel] - *between).mul_add(share, *between);
     }
+    between
 }
 
-/// Square of a code between two.
+/// Adds codes times a weight.
 #[inline(always)]
-fn mix<V: Simd>(from: V::I, to: V::I, share: V::F) -> V::F {
-    let (from, to) = (from.to_float(), to.to_float());
-    let from = from * from;
-    (to * to - from).mul_add(share, from)
+pub fn add<V: Simd>(simd: V, sum: &mut [V::F; 3], codes: Codes<V>, weight: V::F) {
+    let codes = codes.channels(simd);
+    for (channel, sum) in sum.iter_mut().enumerate() {
+        *sum = codes[channel].mul_add(weight, *sum);
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::simd::{Isa, Kernel, LANES};
+    use crate::simd::{Isa, Kernel};
 
     struct There(Scale, [[f32; LANES]; 3]);
 
@@ -117,9 +171,10 @@ mod tests {
 
         #[inline(always)]
         fn run<V: Simd>(self, simd: V) -> Self::Output {
-            let words = self.0.encode(simd, self.1.map(|light| simd.load(&light))).to_bits();
+            let mut cell = Cell::default();
+            self.0.encode(simd, self.1.map(|light| simd.load(&light)), &mut cell);
             let mut light = [[0.0; LANES]; 3];
-            for (lanes, seen) in light.iter_mut().zip(between(simd, words, words, simd.splat(0.5))) {
+            for (lanes, seen) in light.iter_mut().zip(self.0.decode(simd, &cell)) {
                 seen.store(lanes);
             }
             light
@@ -143,11 +198,12 @@ mod tests {
                     std::array::from_fn(|lane| ((step * LANES + lane) * (channel + 1)) as f32 * 1.0e-4)
                 });
                 let seen = isa.run(There(scale, light));
-                for (channel, unit) in scale.units().into_iter().enumerate() {
-                    let tolerance = 0.65 * scale.root_of_brightest / LIMITS[channel];
+                for channel in 0..3 {
+                    // Besides the step, that of rough roots.
+                    let tolerance = 0.65 * scale.step() + 1.0e-4;
                     for lane in 0..LANES {
                         let root = light[channel][lane].sqrt().min(scale.root_of_brightest);
-                        let back = (seen[channel][lane] * unit).sqrt();
+                        let back = seen[channel][lane].sqrt();
                         assert!((back - root).abs() < tolerance, "{isa}: {root} comes back as {back}");
                     }
                 }

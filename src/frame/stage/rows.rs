@@ -330,7 +330,7 @@ impl<V: Simd> Covering<'_, V> {
             && self.edges[self.closed + 1] <= least
         {
             let light = between(self.simd, [low, high], per_row[self.closed]);
-            rows.scale.encode(self.simd, light).store(&mut cell.0);
+            rows.scale.encode(self.simd, light, cell);
             self.closed += 1;
         }
     }
@@ -371,7 +371,7 @@ impl<V: Simd> Covering<'_, V> {
                 is_sky = covered.lt(top) & covered.le(tangent);
             }
 
-            rows.scale.encode(simd, seen).store(&mut cell.0);
+            rows.scale.encode(simd, seen, cell);
             if let Some(inverse) = rows.inverse.get_mut(row) {
                 zero.store_masked(is_sky, &mut inverse.0);
             }

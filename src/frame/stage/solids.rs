@@ -75,13 +75,13 @@ impl Kernel for SpanPaint<'_> {
             let depth = inverse.recip();
             let slant = slope.mul_add(slope, squares).sqrt_rough();
             let near = self.air.over(simd, light, slant * depth, slope * depth);
-            let mut mixed = self.scale.decode(simd, simd.load(&cell.0));
+            let mut mixed = self.scale.decode(simd, cell);
             for (channel, mixed) in mixed.iter_mut().enumerate() {
                 let near = near[channel];
                 *mixed = (near - *mixed).mul_add(share, *mixed);
             }
 
-            self.scale.encode(simd, mixed).store_masked(shows, &mut cell.0);
+            self.scale.encode_masked(simd, mixed, shows, cell);
             if let (Some(known), Some(middle)) = (self.inverse.get_mut(row), middle) {
                 let inverse = simd.load(&middle.inverse.0);
                 let stands = zero.lt(inverse);

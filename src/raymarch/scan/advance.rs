@@ -113,7 +113,9 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
 
         let level = block.stride.level;
         let posts = self.posts(level, [self.way.distance(level, nearest), post.line.distance.into()]);
-        if let Some(lines) = Lines::find(&mut self.march.pages, None, level, self.group.major, nearest, posts)? {
+        if let Some(lines) =
+            Lines::find(&mut self.march.pages, None, level, self.group.major, nearest, posts)?
+        {
             self.read_between(&lines, block, [line, step, between], rim);
         }
 

@@ -38,7 +38,8 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
             }
             let posts = self.posts(stride.level, [self.reached.into(), self.farthest.into()]);
             let pages = &mut self.march.pages;
-            if let Some(lines) = Lines::find(pages, None, stride.level, self.group.major, block.first, posts)? {
+            if let Some(lines) = Lines::find(pages, None, stride.level, self.group.major, block.first, posts)?
+            {
                 if !self.is_begun {
                     self.prime(&LineBlock { first: block.first + block.step, ..block })?;
                 }

@@ -182,7 +182,11 @@ impl<'a> Lines<'a> {
         } else {
             // It may be of no group's business: nothing is read for it.
             let page = self.row.page(major, beside.max(0));
-            pages.known_codes(page, major, self.row.strip).map(|page| Beside { part: None, page: Some(page), post })
+            pages.known_codes(page, major, self.row.strip).map(|page| Beside {
+                part: None,
+                page: Some(page),
+                post,
+            })
         };
     }
 

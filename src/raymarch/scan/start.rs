@@ -67,7 +67,8 @@ impl<V: Simd> Planes<'_, '_, V> {
     fn look_at_surface(&mut self, level: u8, distance: f64) -> Result<V::F> {
         let (line, share) = self.way.line_at(level, distance);
         let posts = self.posts(level, [distance, distance]);
-        let Some(lines) = Lines::find(&mut self.march.pages, None, level, self.group.major, line, posts)? else {
+        let Some(lines) = Lines::find(&mut self.march.pages, None, level, self.group.major, line, posts)?
+        else {
             return Ok(self.simd.splat(NOTHING));
         };
         let at = self.simd.splat(distance as f32);

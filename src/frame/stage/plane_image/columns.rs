@@ -2,12 +2,12 @@
 //!
 //! ```text
 //! for each row of the plane image that the columns come to, from the top:
-//!     its light where the columns cross it: cubic between planes                → kept
+//!     its codes where the columns cross it: cubic between planes                → kept
 //! for each row of the screen:
-//!     light between the kept rows about its pixels: cubic between rows
+//!     codes between the kept rows about its pixels: cubic between rows
 //! ```
 //!
-//! All columns take the same rows, some more than each of them needs: words of a row are neighbours in memory, which are loaded and permuted.
+//! All columns take the same rows, some more than each of them needs: codes of a row are neighbours in memory, which are loaded and permuted.
 
 use super::plane_rows::PlaneRows;
 use super::{AlongRow, cubic};
@@ -55,7 +55,7 @@ pub struct RolledColumns {
     first: usize,
     /// The lowest row that they came to.
     lowest: i32,
-    /// Light where columns cross rows, in units of the cells; that of a row is at its number modulo [`KEPT`].
+    /// Codes where columns cross rows; that of a row is at its number modulo [`KEPT`].
     rows: [[Sixteen; 3]; KEPT],
 }
 
@@ -70,9 +70,9 @@ impl RolledColumns {
         (self.first, self.lowest) = (first, i32::MAX);
     }
 
-    /// Light along a row of the screen, whose places among the rows of the plane image are `along`: cubic between the four rows about each.
+    /// Codes along a row of the screen, whose places among the rows of the plane image are `along`: cubic between the four rows about each.
     #[inline(always)]
-    pub fn light<V: Simd>(
+    pub fn codes<V: Simd>(
         &mut self,
         plane_rows: &PlaneRows<'_, V>,
         crossings: &Crossings,
@@ -84,9 +84,9 @@ impl RolledColumns {
         debug_assert!(((highest - lowest) as usize) < KEPT);
         for row in (lowest..self.lowest.min(highest + 1)).rev() {
             let (planes, known) = crossings.at(row);
-            let light = plane_rows.cubic(planes, self.first, known);
-            for (kept, light) in self.rows[row as usize % KEPT].iter_mut().zip(light) {
-                light.store(&mut kept.0);
+            let codes = plane_rows.cubic(planes, self.first, known);
+            for (kept, codes) in self.rows[row as usize % KEPT].iter_mut().zip(codes) {
+                codes.store(&mut kept.0);
             }
         }
         self.lowest = self.lowest.min(lowest);
@@ -107,16 +107,16 @@ impl RolledColumns {
             }
         }
 
-        let mut light = [simd.splat(0.0); 3];
+        let mut codes = [simd.splat(0.0); 3];
         for (tap, weight) in taps.into_iter().zip(weights) {
-            for (light, tap) in light.iter_mut().zip(tap) {
-                *light = tap.mul_add(weight, *light);
+            for (code, tap) in codes.iter_mut().zip(tap) {
+                *code = tap.mul_add(weight, *code);
             }
         }
-        light
+        codes
     }
 
-    /// Light of four rows from one on.
+    /// Codes of four rows from one on.
     #[inline(always)]
     fn rows_from<V: Simd>(&self, simd: V, first: i32) -> [[V::F; 3]; 4] {
         let mut taps = [[simd.splat(0.0); 3]; 4];

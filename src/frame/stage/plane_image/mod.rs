@@ -110,8 +110,8 @@ pub trait LookUp<V: Simd> {
     fn begin(&self, strip: &mut Self::Strip, column: usize);
     /// Places sixteen pixels from `column` (a multiple of sixteen) of a screen's `row` on.
     fn place(&self, column: usize, row: usize) -> Self::Place;
-    /// Reads their linear light, in units of the cells' [scale](Scale::units).
-    fn light(&self, strip: &mut Self::Strip, place: &Self::Place) -> [V::F; 3];
+    /// Reads the roots of their light, in [steps](Scale::step) of the cells' scale.
+    fn roots(&self, strip: &mut Self::Strip, place: &Self::Place) -> [V::F; 3];
     /// Reads their range, metres: 0 at the eye, infinite for the sky. Across an edge the nearest plane and row count. And where there may be an outline: an edge, or
     /// something that stands.
     fn range(&self, place: &Self::Place) -> (V::F, V::M);

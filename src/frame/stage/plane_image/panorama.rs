@@ -61,7 +61,7 @@ impl<V: Simd> LookUp<V> for PanoramaImage<'_, V> {
 
     /// Cubic between rows, straight between planes, which are closer to each other; black where there is no ray.
     #[inline(always)]
-    fn light(&self, (): &mut (), place: &PanoramaPlace<V>) -> [V::F; 3] {
+    fn roots(&self, (): &mut (), place: &PanoramaPlace<V>) -> [V::F; 3] {
         let simd = self.simd;
         let mut seen = [simd.splat(0.0); 3];
         let along = cubic(simd, place.rise);
@@ -71,18 +71,18 @@ impl<V: Simd> LookUp<V> for PanoramaImage<'_, V> {
         while left.any() {
             let (_, here, between) = self.next(place, left);
             let across = [simd.splat(1.0) - between.share, between.share];
-            let mut light = [simd.splat(0.0); 3];
+            let mut found = [simd.splat(0.0); 3];
             for (row, &up) in along.iter().enumerate() {
                 let row = self.row(place.below + simd.splat_int(row as i32 - 1));
                 for (side, plane) in between.words.iter().enumerate() {
-                    let words = simd.gather_words(bytemuck::cast_slice(self.cells), *plane + row);
-                    add(simd, &mut light, words, across[side] * up);
+                    let codes = Cell::gather(simd, self.cells, *plane + row);
+                    add(simd, &mut found, codes, across[side] * up);
                 }
             }
 
             for (channel, seen) in seen.iter_mut().enumerate() {
-                let light = light[channel];
-                *seen = light.max(simd.splat(0.0)).select(here, *seen);
+                let found = found[channel];
+                *seen = found.max(simd.splat(0.0)).select(here, *seen);
             }
             left = left & !here;
         }

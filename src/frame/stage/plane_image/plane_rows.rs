@@ -1,9 +1,21 @@
 //! Rows of the plane image before a planar screen: light of planes that follow each other in one.
 
-use super::super::cell::{Cell, add, between};
+use super::super::cell::{Cell, Codes, add, between};
 use super::{AlongRow, cubic};
 use crate::raymarch::scan::Upright;
 use crate::simd::{Each, Floats, Ints, LANES, Simd};
+
+/// Returns lanes `index` (0…30) of 32 lanes of codes, and the next ones.
+#[inline(always)]
+fn neighbours<V: Simd>(simd: V, [low, high]: &[Codes<V>; 2], index: V::I) -> [Codes<V>; 2] {
+    let [red_green, to_red_green] =
+        simd.permute_neighbours(low.red_green.as_floats(), high.red_green.as_floats(), index);
+    let [blue, to_blue] = simd.permute_neighbours(low.blue.as_floats(), high.blue.as_floats(), index);
+    [
+        Codes { red_green: red_green.to_bits(), blue: blue.to_bits() },
+        Codes { red_green: to_red_green.to_bits(), blue: to_blue.to_bits() },
+    ]
+}
 
 /// Light of planes by rows.
 pub struct PlaneRows<'a, V: Simd> {
@@ -19,20 +31,18 @@ pub struct PlaneRows<'a, V: Simd> {
     columns: V::F,
 }
 
-/// Words of 32 planes that follow each other, in one row.
+/// Codes of 32 planes that follow each other, in one row.
 struct Neighbours<V: Simd> {
     /// The first plane.
     first: i32,
-    words: [V::F; 2],
+    codes: [Codes<V>; 2],
 }
 
 impl<V: Simd> Neighbours<V> {
-    /// Returns the words of some of these planes, and of the next ones.
+    /// Returns the codes of some of these planes, and of the next ones.
     #[inline(always)]
-    fn pair(&self, simd: V, planes: V::I) -> [V::I; 2] {
-        let [low, high] = self.words;
-        let [from, to] = simd.permute_neighbours(low, high, planes - simd.splat_int(self.first));
-        [from.to_bits(), to.to_bits()]
+    fn pair(&self, simd: V, planes: V::I) -> [Codes<V>; 2] {
+        neighbours(simd, &self.codes, planes - simd.splat_int(self.first))
     }
 }
 
@@ -59,7 +69,7 @@ impl<'a, V: Simd> PlaneRows<'a, V> {
         self.columns + self.simd.splat(first as f32 - 0.5 * self.width as f32)
     }
 
-    /// Light of sixteen columns from `first` on where they meet `planes` of a row: cubic between planes.
+    /// Codes of sixteen columns from `first` on where they meet `planes` of a row: cubic between planes.
     #[inline(always)]
     pub fn cubic(&self, planes: &AlongRow, first: usize, row: usize) -> [V::F; 3] {
         let simd = self.simd;
@@ -70,7 +80,7 @@ impl<'a, V: Simd> PlaneRows<'a, V> {
         let left = left.to_int();
         let [lowest, highest] = planes.reach(first);
 
-        let words = match self.neighbours([lowest - 1, highest + 2], row) {
+        let taps = match self.neighbours([lowest - 1, highest + 2], row) {
             Some(neighbours) => {
                 let [under, lower] = neighbours.pair(simd, left - one);
                 let [upper, over] = neighbours.pair(simd, left + one);
@@ -79,22 +89,22 @@ impl<'a, V: Simd> PlaneRows<'a, V> {
             None => {
                 let row = simd.splat_int(row as i32);
                 [
-                    self.words(left - one, row),
-                    self.words(left, row),
-                    self.words(left + one, row),
-                    self.words(left + beyond, row),
+                    self.codes(left - one, row),
+                    self.codes(left, row),
+                    self.codes(left + one, row),
+                    self.codes(left + beyond, row),
                 ]
             }
         };
 
-        let mut light = [simd.splat(0.0); 3];
-        for (words, weight) in words.into_iter().zip(weights) {
-            add(simd, &mut light, words, weight);
+        let mut seen = [simd.splat(0.0); 3];
+        for (codes, weight) in taps.into_iter().zip(weights) {
+            add(simd, &mut seen, codes, weight);
         }
-        light
+        seen
     }
 
-    /// Light of sixteen columns from `first` on where they meet `planes` of a row: linear between planes.
+    /// Codes of sixteen columns from `first` on where they meet `planes` of a row: linear between planes.
     #[inline(always)]
     pub fn linear(&self, planes: &AlongRow, first: usize, row: usize) -> [V::F; 3] {
         let simd = self.simd;
@@ -107,13 +117,13 @@ impl<'a, V: Simd> PlaneRows<'a, V> {
             Some(neighbours) => neighbours.pair(simd, left),
             None => {
                 let (row, right) = (simd.splat_int(row as i32), left + simd.splat_int(1));
-                [self.words(left, row), self.words(right, row)]
+                [self.codes(left, row), self.codes(right, row)]
             }
         };
         between(simd, from, to, share)
     }
 
-    /// Loads words of planes that follow each other; `None` where they are too many or go beyond the plane image.
+    /// Loads codes of planes that follow each other; `None` where they are too many or go beyond the plane image.
     #[inline(always)]
     fn neighbours(&self, [lowest, highest]: [i32; 2], row: usize) -> Option<Neighbours<V>> {
         let (simd, [planes, rows], lanes) = (self.simd, self.size, LANES as i32);
@@ -127,26 +137,26 @@ impl<'a, V: Simd> PlaneRows<'a, V> {
         let at = group as usize * rows + row;
         let later = at + 2 * rows;
         simd.prefetch(self.cells, later);
-        let (low, middle) = (simd.load(&self.cells[at].0), simd.load(&self.cells[at + rows].0));
+        let (low, middle) = (self.cells[at].load(simd), self.cells[at + rows].load(simd));
         if highest < (group + 2) * lanes {
-            return Some(Neighbours { first: group * lanes, words: [low, middle] });
+            return Some(Neighbours { first: group * lanes, codes: [low, middle] });
         }
 
         // Planes of three groups, shifted into two registers.
-        let high = simd.load(&self.cells[later].0);
+        let high = self.cells[later].load(simd);
         let shifted = self.lanes + simd.splat_int(lowest % lanes);
-        let [low, _] = simd.permute_neighbours(low, middle, shifted);
-        let [high, _] = simd.permute_neighbours(middle, high, shifted);
-        Some(Neighbours { first: lowest, words: [low, high] })
+        let [low, _] = neighbours(simd, &[low, middle], shifted);
+        let [high, _] = neighbours(simd, &[middle, high], shifted);
+        Some(Neighbours { first: lowest, codes: [low, high] })
     }
 
-    /// Light that a plane saw in a row; both are taken into the plane image.
+    /// Codes of what a plane saw in a row; both are taken into the plane image.
     #[inline(always)]
-    pub fn words(&self, plane: V::I, row: V::I) -> V::I {
-        self.simd.gather_words(bytemuck::cast_slice(self.cells), self.index(plane, row))
+    pub fn codes(&self, plane: V::I, row: V::I) -> Codes<V> {
+        Cell::gather(self.simd, self.cells, self.index(plane, row))
     }
 
-    /// Returns the index of a plane's row among words.
+    /// Returns the index of a plane's row among lanes.
     #[inline(always)]
     pub fn index(&self, plane: V::I, row: V::I) -> V::I {
         let simd = self.simd;

@@ -35,7 +35,7 @@ impl Kernel for Looking<'_> {
             for row in rows.clone() {
                 let place = plane_image.place(column, row);
                 let mut lanes = [Sixteen::default(); 3];
-                for (lanes, light) in lanes.iter_mut().zip(plane_image.light(&mut strip, &place)) {
+                for (lanes, light) in lanes.iter_mut().zip(plane_image.roots(&mut strip, &place)) {
                     light.store(&mut lanes.0);
                 }
                 let mut at = [Sixteen::default(); 2];
@@ -59,7 +59,7 @@ impl Kernel for Encoding {
     #[inline(always)]
     fn run<V: Simd>(self, simd: V) -> Cell {
         let mut cell = Cell::default();
-        Scale::DISPLAY.encode(simd, self.0.map(|light| simd.load(&light))).store(&mut cell.0);
+        Scale::DISPLAY.encode(simd, self.0.map(|light| simd.load(&light)), &mut cell);
         cell
     }
 }
@@ -95,7 +95,7 @@ fn rolled_screens_see_the_plane_image_at_any_roll() {
                         continue;
                     }
                     for (channel, exact) in light(at[0], at[1]).into_iter().enumerate() {
-                        let found = f64::from(seen[channel].0[lane] * Scale::DISPLAY.units()[channel]);
+                        let found = f64::from(seen[channel].0[lane] * Scale::DISPLAY.step()).powi(2);
                         let case =
                             format!("{isa}, pitch {pitch}, roll {roll}: {found} for {exact} at {at:?}");
                         assert!((found - exact).abs() < 3.0e-3, "{case}");
@@ -144,10 +144,10 @@ proptest! {
             let [planes, rows] = upright.size;
             let grey = Isa::PORTABLE.run(Encoding([[0.25; LANES]; 3]));
             let cells = vec![grey; planes / LANES * rows];
-            let unit = Scale::DISPLAY.units()[0];
+            let step = Scale::DISPLAY.step();
             for isa in Isa::available() {
                 for (seen, _) in isa.run(Looking(&upright, &cells, size, 0)) {
-                    let is_grey = |light: &f32| (light * unit - 0.25).abs() < 1.0e-3;
+                    let is_grey = |light: &f32| ((light * step).powi(2) - 0.25).abs() < 1.0e-3;
                     prop_assert!(seen[0].0.iter().all(is_grey), "{isa}: {seen:?}");
                 }
             }

@@ -88,22 +88,22 @@ impl<'a, V: Simd> UprightImage<'a, V> {
         Self { simd, upright, plane_rows, depths, first, rows, crossings }
     }
 
-    /// Light of pixels: cubic between planes and rows.
+    /// Codes of pixels: cubic between planes and rows.
     #[inline(always)]
     fn cubic(&self, place: &Directions<V>) -> [V::F; 3] {
         let simd = self.simd;
         let (left, below) = (place.plane.floor(), place.row.floor());
         let (across, rise) = (cubic(simd, place.plane - left), cubic(simd, place.row - below));
         let (left, below) = (left.to_int(), below.to_int());
-        let mut light = [simd.splat(0.0); 3];
+        let mut seen = [simd.splat(0.0); 3];
         for (row, &up) in rise.iter().enumerate() {
             let row = below + simd.splat_int(row as i32 - 1);
             for (plane, &weight) in across.iter().enumerate() {
-                let words = self.plane_rows.words(left + simd.splat_int(plane as i32 - 1), row);
-                add(simd, &mut light, words, weight * up);
+                let codes = self.plane_rows.codes(left + simd.splat_int(plane as i32 - 1), row);
+                add(simd, &mut seen, codes, weight * up);
             }
         }
-        light
+        seen
     }
 
     /// Directions of pixels.
@@ -157,21 +157,21 @@ impl<V: Simd> LookUp<V> for UprightImage<'_, V> {
 
     /// Linear between the planes; between rows of a rolled screen cubic, and between planes, too, if they are not read down its columns.
     #[inline(always)]
-    fn light(&self, strip: &mut RolledColumns, place: &UprightPlace) -> [V::F; 3] {
-        let mut light = match (&self.rows[place.row - self.first], &self.crossings) {
+    fn roots(&self, strip: &mut RolledColumns, place: &UprightPlace) -> [V::F; 3] {
+        let mut roots = match (&self.rows[place.row - self.first], &self.crossings) {
             (ScreenRow::Level(level, planes), _) => {
                 return self.plane_rows.linear(planes, place.column, level.row);
             }
-            (ScreenRow::Rolled(rows), Some(crossings)) => strip.light(&self.plane_rows, crossings, rows),
+            (ScreenRow::Rolled(rows), Some(crossings)) => strip.codes(&self.plane_rows, crossings, rows),
             (ScreenRow::Rolled(_), None) => self.cubic(&self.directions(place)),
         };
 
         let zero = self.simd.splat(0.0);
-        for light in &mut light {
-            *light = light.max(zero);
+        for root in &mut roots {
+            *root = root.max(zero);
         }
 
-        light
+        roots
     }
 
     #[inline(always)]
