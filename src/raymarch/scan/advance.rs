@@ -14,15 +14,12 @@ use hedgehop_base::error::Result;
 pub(super) const NEAR_PARTS: f32 = 64.0;
 /// Most parts of a stretch between lines, near or steep.
 pub(super) const MOST_NEAR_PARTS: f32 = 16.0;
-pub(super) const MOST_STEEP_PARTS: f32 = 8.0;
+pub(super) const MOST_STEEP_PARTS: f32 = 32.0;
 
 /// Rows that a stretch between neighbouring lines may rise over before the surface between its ends is looked at, and radians: lines
 /// are several pixels apart, which is a greater share of range the wider pixels are. From 0.7 mrad a pixel on radians are what counts.
-const STEEP_ROWS: f32 = 5.0;
-const STEEP_ANGLE: f32 = 0.0035;
-
-/// Share of that from which lines are read that a stride leaves out: they hold what nothing between its ends tells.
-const DIVIDE: f32 = 0.6;
+const STEEP_ROWS: f32 = 2.3;
+const STEEP_ANGLE: f32 = 0.0016;
 
 impl MarchField {
     /// Tangents that a stretch may rise over before the surface between its ends is looked at: anywhere, and at level sight, from
@@ -49,8 +46,8 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         let rim = self.is_at_rim(post.slope);
         let mut post = *post;
         if block.stride.lines > 1 {
-            if rim || self.is_steep(&post, DIVIDE) {
-                post.line.span = self.divide(lines, block, &post, rim)? as u8;
+            if rim {
+                post.line.span = self.divide(lines, block, &post)? as u8;
             }
         } else {
             let steep = self.is_steep(&post, 1.0);
@@ -86,29 +83,26 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         self.post(self.ground.height(self.ground.codes(lines, mark.level, line, at), at), mark)
     }
 
-    /// Reads lines between the last and the next one where the surface rises steeply, all of them at the `rim` of a void: how many
-    /// lines they are apart.
+    /// Reads all lines between the last and the next one, at the rim of a void; returns how many lines they are apart.
     #[inline(always)]
-    fn divide(&mut self, lines: &Lines<'a>, block: &LineBlock, post: &Post<V>, rim: bool) -> Result<i64> {
+    fn divide(&mut self, lines: &Lines<'a>, block: &LineBlock, post: &Post<V>) -> Result<i64> {
         let line = post.line.line;
-        let every = i64::from(block.stride.lines);
-        let parts = if rim || self.is_steep(post, 2.0 * DIVIDE) { every } else { 2 };
-        let step = block.step.signum() * every / parts;
+        let step = block.step.signum();
 
         // After a change of stride some of them may lie before the last one.
         let reached = f64::from(self.reached);
-        let mut between = parts - 1;
+        let mut between = i64::from(block.stride.lines) - 1;
         while between > 0 && self.way.distance(block.stride.level, line - step * between) <= reached {
             between -= 1;
         }
         if between == 0 {
-            return Ok(step.abs());
+            return Ok(1);
         }
 
         let nearest = line - step * between;
         if lines.have(nearest) {
-            self.read_between(lines, block, [line, step, between], rim);
-            return Ok(step.abs());
+            self.read_between(lines, block, [line, step, between]);
+            return Ok(1);
         }
 
         let level = block.stride.level;
@@ -116,35 +110,28 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         if let Some(lines) =
             Lines::find(&mut self.march.pages, None, level, self.group.major, nearest, posts)?
         {
-            self.read_between(&lines, block, [line, step, between], rim);
+            self.read_between(&lines, block, [line, step, between]);
         }
 
-        Ok(step.abs())
+        Ok(1)
     }
 
     /// Reads `count` (1 to 3) lines before a line, `step` apart.
     #[inline(always)]
-    fn read_between(
-        &mut self,
-        lines: &Lines<'a>,
-        block: &LineBlock,
-        [line, step, count]: [i64; 3],
-        rim: bool,
-    ) {
-        let span = step.unsigned_abs() as u32;
+    fn read_between(&mut self, lines: &Lines<'a>, block: &LineBlock, [line, step, count]: [i64; 3]) {
         // All first: reads that wait for nothing overlap.
         let mut slopes = [Sixteen::default(); 3];
         for part in 0..count {
-            let post = self.line(lines, block, line - step * (count - part), span);
+            let post = self.line(lines, block, line - step * (count - part), 1);
             post.slope.store(&mut slopes[part as usize].0);
         }
         for part in 0..count {
             let line = line - step * (count - part);
             let post = Post {
-                line: SampleLine { span: span as u8, ..self.mark(block, line) },
+                line: SampleLine { span: 1, ..self.mark(block, line) },
                 ..self.stored(block, line, &slopes[part as usize])
             };
-            self.pass(lines, post, rim);
+            self.pass(lines, post, true);
         }
     }
 

@@ -29,8 +29,8 @@ pub struct Strides {
 }
 
 /// Distances, in units of TH_1, from which every second and every fourth level-1 line is read.
-const SECOND: f64 = 0.27;
-const FOURTH: f64 = 0.54;
+const SECOND: f64 = 0.7;
+const FOURTH: f64 = 1.4;
 
 /// Rows that flat ground may rise over from one line that is read to the next.
 const MOST_ROWS: f64 = 0.4;
