@@ -5,7 +5,7 @@
 
 use glam::Vec3;
 
-use crate::simd::{Each, Floats, Ints, LANES, Simd};
+use crate::simd::{Floats, Ints, LANES, Simd};
 
 /// Roots of the light of sixteen planes, as codes.
 #[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
@@ -46,6 +46,12 @@ impl Cell {
         Codes { red_green: simd.load_ints(&self.red_green), blue: simd.load_shorts(&self.blue) }
     }
 
+    /// Puts roots in steps of its scale, none greater than the largest code, into it.
+    #[inline(always)]
+    pub fn put<V: Simd>(&mut self, simd: V, roots: [V::F; 3]) {
+        self.store::<V>(Codes::nearest(simd, roots));
+    }
+
     #[inline(always)]
     fn store<V: Simd>(&mut self, codes: Codes<V>) {
         codes.red_green.store(&mut self.red_green);
@@ -67,6 +73,15 @@ impl Cell {
 }
 
 impl<V: Simd> Codes<V> {
+    /// Codes nearest to roots that lie between them.
+    #[inline(always)]
+    fn nearest(simd: V, roots: [V::F; 3]) -> Self {
+        let half = simd.splat(0.5);
+        let [red, green, blue] = roots;
+        let (red, green) = ((red + half).to_int(), (green + half).to_int());
+        Self { red_green: red | green.shl::<BITS>(), blue: (blue + half).to_int() }
+    }
+
     /// The codes by channel.
     #[inline(always)]
     pub fn channels(self, simd: V) -> [V::F; 3] {
@@ -102,30 +117,29 @@ impl Scale {
     /// Puts linear light into a cell.
     #[inline(always)]
     pub fn encode<V: Simd>(self, simd: V, light: [V::F; 3], cell: &mut Cell) {
-        cell.store(self.codes(simd, light));
+        cell.put(simd, self.roots(simd, light));
     }
 
     /// Puts linear light of some planes into a cell.
     #[inline(always)]
     pub fn encode_masked<V: Simd>(self, simd: V, light: [V::F; 3], planes: V::M, cell: &mut Cell) {
-        let (known, codes) = (cell.load(simd), self.codes(simd, light));
+        let known = cell.load(simd);
+        let codes = Codes::<V>::nearest(simd, self.roots(simd, light));
         cell.store::<V>(Codes {
             red_green: codes.red_green.select(planes, known.red_green),
             blue: codes.blue.select(planes, known.blue),
         });
     }
 
+    /// Returns roots of linear light, in [steps](Self::step), up to the largest code.
     #[inline(always)]
-    fn codes<V: Simd>(self, simd: V, light: [V::F; 3]) -> Codes<V> {
+    pub fn roots<V: Simd>(self, simd: V, light: [V::F; 3]) -> [V::F; 3] {
         let (scale, limit) = (simd.splat(1.0 / self.step()), simd.splat(LIMIT));
-        let [red, green, blue] = light.each(
-            #[inline(always)]
-            |light| {
-                let root = light.max(simd.splat(LEAST)).sqrt_rough();
-                root.mul_add(scale, simd.splat(0.5)).min(limit).to_int()
-            },
-        );
-        Codes { red_green: red | green.shl::<BITS>(), blue }
+        let mut roots = light;
+        for root in &mut roots {
+            *root = (root.max(simd.splat(LEAST)).sqrt_rough() * scale).min(limit);
+        }
+        roots
     }
 
     /// Linear light of a cell.

@@ -18,6 +18,7 @@ mod cell;
 mod paint;
 mod plane_image;
 mod rows;
+mod sky;
 mod solids;
 #[cfg(test)]
 mod tests;

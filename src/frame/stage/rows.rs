@@ -5,20 +5,22 @@
 //!     light of its segments                                              paint
 //!     for each stretch that is in sight:
 //!         for each edge between rows that it covers:
-//!             light from the lowest edge up to there  →  sums[edge]
+//!             light of the row below, from where it was covered so far  →  sums[edge]
 //!     for each row that all planes cover:
-//!         (sums[upper edge] − sums[lower edge]) / height  →  row's light
+//!         sums[upper edge] / height  →  row's light
 //! what is left above → sky
 //! ```
 //!
 //! A chunk's light, and the sums of rows that are not yet closed, are few: they stay in the nearest cache.
 //!
 //! Rows are boxes, not points: a ridge that covers a third of a row gives it a third of its light, and what is narrower
-//! than a row still counts. On a stretch light is linear in the tangent, so that its integral is a parabola.
+//! than a row still counts. On a stretch light is linear in the tangent, so that its mean over a part of a row is that in the part's middle. A row's light depends
+//! on nothing below the row: views that have it in common agree to the bit.
 
 use std::ops::Range;
 
 use super::cell::{Cell, Scale};
+use super::sky::SkyRows;
 use crate::raymarch::scan::{NO_SLOPE, Profile, RowTable, VisibleSegment};
 use crate::simd::{Each, Floats, Ints, Isa, Kernel, LANES, Mask, Simd, Sixteen};
 use crate::weather::AtmosphereLanes;
@@ -84,7 +86,7 @@ pub struct RowFill<'r> {
     pub inverse: &'r mut [Sixteen],
 }
 
-/// Memory for light below each edge, used again for every group.
+/// Memory for light of the row below each edge, times its height, used again for every group.
 pub type EdgeSums = Vec<PlaneLight>;
 
 impl RowFill<'_> {
@@ -140,8 +142,6 @@ impl<L: SegmentLights, const FOG_OR_GLOW: bool> Kernel for RowFilling<'_, '_, L,
             rows,
             closed: 0,
         };
-        covering.close(simd.mask(u16::MAX), 0);
-
         let segments = profile.segments();
         let mut source = source.begin::<V, FOG_OR_GLOW>(simd, segments, plane_air)?;
         // Before the lights of a chunk stands that of the segment before it.
@@ -216,7 +216,7 @@ struct Covering<'r, V: Simd> {
     /// Edges of these rows.
     edges: &'r [f32],
     sums: &'r mut [PlaneLight],
-    /// Tangent up to which each plane is covered, and light up to there: light times tangent.
+    /// Tangent up to which each plane is covered, and light from the edge below up to there: light times tangent.
     covered: V::F,
     light: [V::F; 3],
     /// Rows, from the lowest, that are finished.
@@ -257,41 +257,42 @@ impl<V: Simd> Covering<'_, V> {
             self.measure(stretch, rises, per_rise, span.clone());
         }
 
-        // Light at the bottom of what is in sight, and half its change per unit of tangent: the far end is where walls,
-        // which begin at no finite tangent, have theirs.
-        let unseen = (high - self.covered) * per_rise;
+        // Half the change of light per unit of tangent: the far end is where walls, which begin at no finite tangent, have theirs.
         let half_per_rise = per_rise * simd.splat(0.5);
-        let (mut bottom, mut half_change) = (self.light, self.light);
-
+        let (mut tops, mut half_changes) = (self.light, self.light);
         for channel in 0..3 {
-            let top = simd.load(&stretch.lights[1][channel].0);
-            let change = top - simd.load(&stretch.lights[0][channel].0);
-            bottom[channel] = change.neg_mul_add(unseen, top);
-            half_change[channel] = change * half_per_rise;
+            tops[channel] = simd.load(&stretch.lights[1][channel].0);
+            let change = tops[channel] - simd.load(&stretch.lights[0][channel].0);
+            half_changes[channel] = change * half_per_rise;
         }
 
-        let high = high.select(rises, simd.splat(NO_SLOPE));
+        // Twice the way down from the top of the stretch to the middle of what lies between two tangents is their sum less twice the top's.
+        let twice_top = high + high;
+        let zero = simd.splat(0.0);
+        let mut from = self.covered;
+        let passable = high.select(rises, simd.splat(NO_SLOPE));
         let edges = self.edges.get(span.clone()).unwrap_or_default();
         let sums = self.sums.get_mut(span).unwrap_or_default();
         for (edge, sums) in edges.iter().zip(sums) {
             let edge = simd.splat(*edge);
-            let passed = edge.le(high) & self.covered.lt(edge);
-            let rise = edge - self.covered;
+            let passed = edge.le(passable) & from.lt(edge);
+            let (rise, middle) = (edge - from, edge + from - twice_top);
             for channel in 0..3 {
-                let light =
-                    half_change[channel].mul_add(rise, bottom[channel]).mul_add(rise, self.light[channel]);
-                light.store_masked(passed, &mut sums[channel].0);
+                let mean = half_changes[channel].mul_add(middle, tops[channel]);
+                mean.mul_add(rise, self.light[channel]).store_masked(passed, &mut sums[channel].0);
+                self.light[channel] = zero.select(passed, self.light[channel]);
             }
+            from = edge.select(passed, from);
         }
 
-        let rise = high - self.covered;
+        let (rise, middle) = (high - from, high + from - twice_top);
         for channel in 0..3 {
-            let light =
-                half_change[channel].mul_add(rise, bottom[channel]).mul_add(rise, self.light[channel]);
+            let mean = half_changes[channel].mul_add(middle, tops[channel]);
+            let light = mean.mul_add(rise, self.light[channel]);
             self.light[channel] = light.select(rises, self.light[channel]);
         }
 
-        self.covered = self.covered.max(high);
+        self.covered = self.covered.max(passable);
     }
 
     /// Inverse depth in the middles of rows that a stretch covers.
@@ -311,11 +312,13 @@ impl<V: Simd> Covering<'_, V> {
         }
     }
 
-    /// All light that came so far is below an edge.
+    /// Leaves light that came so far to the row below an edge, in some planes.
     #[inline(always)]
     fn close(&mut self, planes: V::M, index: usize) {
+        let zero = self.simd.splat(0.0);
         for (channel, sum) in self.sums[index].iter_mut().enumerate() {
             self.light[channel].store_masked(planes, &mut sum.0);
+            self.light[channel] = zero.select(planes, self.light[channel]);
         }
     }
 
@@ -326,10 +329,10 @@ impl<V: Simd> Covering<'_, V> {
         let rows = &mut self.rows;
         let per_row = &rows.row_table.per_row[rows.first..];
         while let Some(cell) = rows.cells.get_mut(self.closed)
-            && let Some([low, high]) = self.sums[self.closed..].first_chunk()
+            && let Some(sum) = self.sums.get(self.closed + 1)
             && self.edges[self.closed + 1] <= least
         {
-            let light = between(self.simd, [low, high], per_row[self.closed]);
+            let light = mean(self.simd, sum, per_row[self.closed]);
             rows.scale.encode(self.simd, light, cell);
             self.closed += 1;
         }
@@ -350,42 +353,44 @@ impl<V: Simd> Covering<'_, V> {
         }
 
         let Self { rows, sums, covered, edges, closed, .. } = self;
-        let (air, squares) = (plane_air.air, simd.load(plane_air.squares));
         let row_table = rows.row_table;
         let (per_rows, centres) = (&row_table.per_row[rows.first..], &row_table.centres[rows.first..]);
+        let squares = simd.load(plane_air.squares);
+        let is_exact = !row_table.coordinate.is_projective();
+        let sky = SkyRows { simd, is_exact, air: plane_air.air, squares, centres, scale: rows.scale };
         let zero = simd.splat(0.0);
-        for (row, cell) in rows.cells.iter_mut().enumerate().skip(closed) {
-            let tangent = simd.splat(centres[row]);
-            let sine = tangent * tangent.mul_add(tangent, squares).rsqrt();
-            let mut seen = air.sky::<V, FOG_OR_GLOW>(simd, sine);
-            let mut is_sky = simd.mask(u16::MAX);
+        let end = clear.min(rows.cells.len());
 
-            if row < clear {
-                // Share of the row that the surface leaves to the sky.
-                let (top, per_row) = (simd.splat(edges[row + 1]), per_rows[row]);
-                let share = ((top - covered) * simd.splat(per_row)).max(zero).min(simd.splat(1.0));
-                let surface = between(simd, [&sums[row], &sums[row + 1]], per_row);
-                for (channel, seen) in seen.iter_mut().enumerate() {
-                    *seen = seen.mul_add(share, surface[channel]);
-                }
-                is_sky = covered.lt(top) & covered.le(tangent);
+        for row in closed..end {
+            // Share of the row that the surface leaves to the sky.
+            let (top, per_row) = (simd.splat(edges[row + 1]), per_rows[row]);
+            let share = ((top - covered) * simd.splat(per_row)).max(zero).min(simd.splat(1.0));
+            let surface = mean(simd, &sums[row + 1], per_row);
+            let mut seen = sky.light::<FOG_OR_GLOW>(row);
+            for (channel, seen) in seen.iter_mut().enumerate() {
+                *seen = seen.mul_add(share, surface[channel]);
             }
-
-            rows.scale.encode(simd, seen, cell);
+            rows.scale.encode(simd, seen, &mut rows.cells[row]);
             if let Some(inverse) = rows.inverse.get_mut(row) {
+                let is_sky = covered.lt(top) & covered.le(simd.splat(centres[row]));
                 zero.store_masked(is_sky, &mut inverse.0);
             }
+        }
+
+        let first = end.max(closed);
+        sky.fill::<FOG_OR_GLOW>(rows.cells, first);
+        if let Some(inverse) = rows.inverse.get_mut(first..) {
+            inverse.fill(Sixteen::default());
         }
     }
 }
 
-/// Light of the row between two edges.
+/// Light of a row, of which the sum and one by the height are given.
 #[inline(always)]
-fn between<V: Simd>(simd: V, edges: [&PlaneLight; 2], per_row: f32) -> [V::F; 3] {
+fn mean<V: Simd>(simd: V, sum: &PlaneLight, per_row: f32) -> [V::F; 3] {
     let mut light = [simd.splat(0.0); 3];
     for (channel, light) in light.iter_mut().enumerate() {
-        let (low, high) = (simd.load(&edges[0][channel].0), simd.load(&edges[1][channel].0));
-        *light = (high - low) * simd.splat(per_row);
+        *light = simd.load(&sum[channel].0) * simd.splat(per_row);
     }
     light
 }

@@ -16,7 +16,7 @@ pub(super) const NEAR_PARTS: f32 = 64.0;
 pub(super) const MOST_NEAR_PARTS: f32 = 16.0;
 pub(super) const MOST_STEEP_PARTS: f32 = 32.0;
 
-/// Rows that a stretch between neighbouring lines may rise over before the surface between its ends is looked at, and radians: lines
+/// Rows that a stretch may rise over, and radians, before the lines between its ends, or the surface between neighbouring ones, are looked at: lines
 /// are several pixels apart, which is a greater share of range the wider pixels are. From 0.7 mrad a pixel on radians are what counts.
 const STEEP_ROWS: f32 = 2.3;
 const STEEP_ANGLE: f32 = 0.0016;
@@ -46,8 +46,8 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         let rim = self.is_at_rim(post.slope);
         let mut post = *post;
         if block.stride.lines > 1 {
-            if rim {
-                post.line.span = self.divide(lines, block, &post)? as u8;
+            if rim || self.is_steep(&post, 1.0) {
+                post.line.span = self.divide(lines, block, &post, rim)? as u8;
             }
         } else {
             let steep = self.is_steep(&post, 1.0);
@@ -83,26 +83,29 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         self.post(self.ground.height(self.ground.codes(lines, mark.level, line, at), at), mark)
     }
 
-    /// Reads all lines between the last and the next one, at the rim of a void; returns how many lines they are apart.
+    /// Reads lines between the last and the next one where the surface rises steeply, all of them at the `rim` of a void: how many
+    /// lines they are apart.
     #[inline(always)]
-    fn divide(&mut self, lines: &Lines<'a>, block: &LineBlock, post: &Post<V>) -> Result<i64> {
+    fn divide(&mut self, lines: &Lines<'a>, block: &LineBlock, post: &Post<V>, rim: bool) -> Result<i64> {
         let line = post.line.line;
-        let step = block.step.signum();
+        let every = i64::from(block.stride.lines);
+        let parts = if rim || self.is_steep(post, 2.0) { every } else { 2 };
+        let step = block.step.signum() * every / parts;
 
         // After a change of stride some of them may lie before the last one.
         let reached = f64::from(self.reached);
-        let mut between = i64::from(block.stride.lines) - 1;
+        let mut between = parts - 1;
         while between > 0 && self.way.distance(block.stride.level, line - step * between) <= reached {
             between -= 1;
         }
         if between == 0 {
-            return Ok(1);
+            return Ok(step.abs());
         }
 
         let nearest = line - step * between;
         if lines.have(nearest) {
-            self.read_between(lines, block, [line, step, between]);
-            return Ok(1);
+            self.read_between(lines, block, [line, step, between], rim);
+            return Ok(step.abs());
         }
 
         let level = block.stride.level;
@@ -110,28 +113,35 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         if let Some(lines) =
             Lines::find(&mut self.march.pages, None, level, self.group.major, nearest, posts)?
         {
-            self.read_between(&lines, block, [line, step, between]);
+            self.read_between(&lines, block, [line, step, between], rim);
         }
 
-        Ok(1)
+        Ok(step.abs())
     }
 
     /// Reads `count` (1 to 3) lines before a line, `step` apart.
     #[inline(always)]
-    fn read_between(&mut self, lines: &Lines<'a>, block: &LineBlock, [line, step, count]: [i64; 3]) {
+    fn read_between(
+        &mut self,
+        lines: &Lines<'a>,
+        block: &LineBlock,
+        [line, step, count]: [i64; 3],
+        rim: bool,
+    ) {
+        let span = step.unsigned_abs() as u32;
         // All first: reads that wait for nothing overlap.
         let mut slopes = [Sixteen::default(); 3];
         for part in 0..count {
-            let post = self.line(lines, block, line - step * (count - part), 1);
+            let post = self.line(lines, block, line - step * (count - part), span);
             post.slope.store(&mut slopes[part as usize].0);
         }
         for part in 0..count {
             let line = line - step * (count - part);
             let post = Post {
-                line: SampleLine { span: 1, ..self.mark(block, line) },
+                line: SampleLine { span: span as u8, ..self.mark(block, line) },
                 ..self.stored(block, line, &slopes[part as usize])
             };
-            self.pass(lines, post, true);
+            self.pass(lines, post, rim);
         }
     }
 

@@ -77,7 +77,8 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         [simd.splat(across as f32), self.ground.minor * simd.splat((1.0 / side) as f32)]
     }
 
-    /// Finds slopes where registers hold all posts; whether there is a surface everywhere. If there is not, they mean nothing.
+    /// Finds slopes where registers hold all posts, to the bit as [`Self::find_any`] does: which of them is asked depends on what a view sees. Whether there is a
+    /// surface everywhere; if there is not, they mean nothing.
     #[inline(always)]
     fn find_whole(&self, lines: &Lines<'a>, block: &LineBlock, slopes: &mut BlockSlopes<V>) -> bool {
         let Some(near) = lines.near_rows() else { return false };
@@ -85,10 +86,6 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         let [across, minor] = self.posts_across(lines, block);
         let first = simd.splat_int(near.first);
 
-        // slope = (offset + scale · code − drop · distance²) / (depth · distance)
-        let per_depth = self.ground.per_depth;
-        let [scale, offset] = [self.ground.scale * per_depth, self.ground.offset * per_depth];
-        let drop = self.ground.drop * per_depth;
         let mut highest = simd.splat(NO_SLOPE);
         let mut least = simd.splat(f32::from(u16::MAX));
         let low_half = simd.splat_int(0xffff);
@@ -107,8 +104,8 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
             least = least.min(low.min(high));
 
             let code = (high - low).mul_add(post - floor, low);
-            let level = code.mul_add(scale, offset) * simd.splat(per_distance);
-            let found = drop.neg_mul_add(at, level);
+            let inverse = self.ground.per_depth * simd.splat(per_distance);
+            let found = self.ground.height(code, at) * inverse;
             found.store(&mut slope.0);
             highest = highest.max(found);
         }
@@ -151,7 +148,6 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         slopes: &BlockSlopes<V>,
     ) -> Result<()> {
         let simd = self.simd;
-        let is_followed = block.stride.lines == 1;
         let least = simd.splat(self.steep[0]);
         let mark = self.mark(block, block.first);
         let per_depth = self.ground.per_depth;
@@ -165,7 +161,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
             while index < block.count {
                 let at = index as usize;
                 let slope = simd.load(&slopes.slope[at].0);
-                if is_followed && least.lt(slope - horizon.max(last)).any() {
+                if least.lt(slope - horizon.max(last)).any() {
                     may_be_steep = true;
                     break;
                 }

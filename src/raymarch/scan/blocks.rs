@@ -3,6 +3,9 @@
 use super::strides::Stride;
 use crate::voxel::Grid;
 
+/// Share of a distance by which it may be off as f32.
+const ROUNDING: f64 = 1.2e-7;
+
 /// A block of lines: `first`, and every `step`-th from there, `count` of them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LineBlock {
@@ -131,12 +134,17 @@ impl Way {
         }
     }
 
-    /// The line at or behind a major distance within the area, and the share of the way to it from the line before.
+    /// The line at or behind a major distance within the area, and the share of the way to it from the line before: 1 at the rounded distance of a line, so that a
+    /// march that begins there finds what one that comes along does, to the bit.
     pub fn line_at(&self, level: u8, distance: f64) -> (i64, f64) {
         let side = f64::from(Grid::side_units(level));
         let last =
             (self.size + i64::from(Grid::side_units(level)) - 1) / i64::from(Grid::side_units(level)) - 1;
         let post = ((self.eye + self.forward * distance) / side - 0.5).clamp(0.0, last as f64);
+        let nearest = post.round();
+        if (post - nearest).abs() * side <= distance * ROUNDING {
+            return (nearest as i64, 1.0);
+        }
         let line = if self.forward > 0.0 { post.ceil() } else { post.floor() };
         (line as i64, 1.0 - (line - post).abs())
     }

@@ -86,7 +86,8 @@ impl<V: Simd> PlaneGround<V> {
     /// Codes between two, [`NO_CODE`] where either is.
     #[inline(always)]
     fn between(&self, near: V::F, far: V::F, share: V::F) -> V::F {
-        let codes = (far - near).mul_add(share, near);
+        // On the far line these are its own, to the bit.
+        let codes = (far - near).neg_mul_add(self.simd.splat(1.0) - share, far);
         self.simd.splat(NO_CODE).select(self.is_nothing(near.min(far)), codes)
     }
 

@@ -43,6 +43,11 @@ impl RowCoordinate {
         Self { form, tangents: ends, rows: edges.len().saturating_sub(1) as f32 }
     }
 
+    /// Whether rows are those of a planar screen.
+    pub fn is_projective(&self) -> bool {
+        matches!(self.form, RowForm::Projective { .. })
+    }
+
     /// Returns the number of rows below tangents, the part of the one that each lies in included: 0 to their number.
     #[inline(always)]
     pub fn rows_below<V: Simd>(&self, simd: V, tangents: V::F) -> V::F {

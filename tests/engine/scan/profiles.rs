@@ -246,27 +246,27 @@ fn surfaces_end_where_their_cells_do() {
 
 #[test]
 fn lines_are_sharp_where_ground_is_steep() {
-    // A plain, and a slope of 45° from 480 m away on: strides of two lines begin at 450 m, over which it rises by several rows.
-    let (nx, ny) = (80, 900);
+    // A plain, and a slope of 45° from 1440 m away on: strides of two lines begin at 1400 m, over which it rises by more than three rows.
+    let (nx, ny) = (80, 1600);
     let grid = Grid { nx, ny, spacing: 1.0, origin: DVec2::ZERO };
     let posts = (0..nx * ny).map(|post| f64::from(post / nx));
-    let heights: Vec<f64> = posts.map(|y| (y - 480.0).max(0.0)).collect();
+    let heights: Vec<f64> = posts.map(|y| (y - 1440.0).max(0.0)).collect();
     let colours = vec![[128; 3]; heights.len()];
     let source = build_in_memory(grid, &heights, &colours, None, &Metadata::default()).unwrap();
     let eye = DVec3::new(40.0, 1.0, 2.0);
-    let view = View { eye, yaw: 0.0, elevations: [-2.0, 20.0], pixel: 0.0006 };
+    let view = View { eye, yaw: 0.0, elevations: [-2.0, 20.0], pixel: 0.0005 };
     let spans = |detail: f32, distances: std::ops::Range<f32>| -> Vec<u8> {
         let profile = view.profile(&source, Isa::best(), detail);
         let marks = profile.segments().iter().map(|segment| segment.line);
         marks.filter(|mark| distances.contains(&mark.distance)).map(|mark| mark.span).collect()
     };
-    let on_the_plain = spans(1.0, 466.0..478.0);
+    let on_the_plain = spans(1.0, 1410.0..1438.0);
     assert!(!on_the_plain.is_empty() && on_the_plain.iter().all(|&span| span > 1), "{on_the_plain:?}");
-    let on_the_slope = spans(1.0, 484.0..560.0);
+    let on_the_slope = spans(1.0, 1444.0..1520.0);
     assert!(on_the_slope.len() >= 75 && on_the_slope.iter().all(|&span| span == 1), "{on_the_slope:?}");
 
     // Where less detail is asked for, two lines are one.
-    let coarse = spans(0.2, 484.0..560.0);
+    let coarse = spans(0.2, 1444.0..1520.0);
     assert!(coarse.iter().all(|&span| span > 1), "{coarse:?}");
 }
 

@@ -33,6 +33,9 @@ const WEDGE: usize = 2;
 /// Lines before a ring that are read where a segment or a stride begins, and posts around it that interpolation takes.
 const MARGINS: [f64; 2] = [5.0, 2.0];
 
+/// Share of the way from the lowest surface of a strip to the highest that it is likely to hide as much as.
+const LIKELY: f64 = 0.67;
+
 /// Sides of a voxel that a strip must have for the march to read a line in it for sure.
 const SURE: f64 = 9.0;
 
@@ -57,7 +60,7 @@ pub struct PageFootprint<'a> {
 struct Horizon {
     /// Tangent of the lowest surface that may be there.
     sure: f64,
-    /// Tangent of a surface in the middle between the lowest and the highest.
+    /// Tangent of a surface [so far](LIKELY) from the lowest to the highest.
     likely: f64,
 }
 
@@ -202,8 +205,7 @@ impl<'a> PageFootprint<'a> {
         Ok(FootprintSegment { may_be: rises(horizon.sure), is_likely: rises(horizon.likely) })
     }
 
-    /// The horizon behind a ring: the lowest surface of each strip of some lines stands before it, and likely one in the middle between lowest and
-    /// highest.
+    /// The horizon behind a ring: the lowest surface of each strip of some lines stands before it, and likely one between lowest and highest.
     fn raised(&mut self, eye: DVec3, wedge: &Wedge, ring: &Ring, horizon: Horizon) -> Result<Horizon> {
         let mut horizon = horizon;
         let level = (ring.levels[0] + 2).min(self.coarsest());
@@ -235,7 +237,7 @@ impl<'a> PageFootprint<'a> {
                 };
                 let [low, high] = [low, high].map(f64::from);
                 horizon.sure = horizon.sure.max(slope(low));
-                horizon.likely = horizon.likely.max(slope((low + high) / 2.0));
+                horizon.likely = horizon.likely.max(slope((high - low).mul_add(LIKELY, low)));
             }
 
             if to >= ring.to {
