@@ -35,7 +35,7 @@ pub fn log2<V: Simd>(simd: V, x: V::F) -> V::F {
 
 /// 1.055·r^(5/6) − 0.055 for r from √0.0031308 to 1, from the highest power down (least maximal error, by linear programming).
 const CURVE: [f32; 8] =
-    [1.844_119, -7.558_081_8, 12.844_325, -11.813_048, 6.528_417_3, -2.425_803_4, 1.623_925_7, -0.043_782_97];
+    [1.844_119, -7.558_081_8, 12.844_325, -11.813_048, 6.528_417, -2.425_803_4, 1.623_925_7, -0.043_782_97];
 
 /// Root of the light up to which the sRGB curve is straight.
 const ROOT_OF_TOE: f32 = 0.055_953_55;
