@@ -101,14 +101,15 @@ mod tests {
     struct All([f32; LANES]);
 
     impl Kernel for All {
-        type Output = ([f32; LANES], [i32; LANES]);
+        type Output = ([f32; LANES], [[i32; LANES]; 2]);
 
         #[inline(always)]
         fn run<V: Simd>(self, simd: V) -> Self::Output {
             let x = simd.load(&self.0);
-            let (mut exp, mut codes) = ([0.0; LANES], [0; LANES]);
+            let (mut exp, mut codes) = ([0.0; LANES], [[0; LANES]; 2]);
             exp_neg(simd, x).store(&mut exp);
-            srgb8(simd, x * simd.splat(3.0e13), 3.0e13).store(&mut codes);
+            srgb8(simd, x * simd.splat(3.0e13), 3.0e13).store(&mut codes[0]);
+            srgb8_of_root(simd, x.sqrt()).store(&mut codes[1]);
             (exp, codes)
         }
     }
@@ -124,14 +125,16 @@ mod tests {
                     assert!((exp[lane] / (-x).exp() - 1.0).abs() < 1e-5, "{isa}: e^-{x}");
                     // A code that is right for a value a little off.
                     let curve = if x < 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 };
-                    let off = (curve.min(1.0) * 255.0 - codes[lane] as f32).abs();
-                    assert!(off < 0.54, "{isa}: {x}: {} is off by {off}", codes[lane]);
+                    for code in codes.map(|codes| codes[lane]) {
+                        let off = (curve.min(1.0) * 255.0 - code as f32).abs();
+                        assert!(off < 0.54, "{isa}: {x}: {code} is off by {off}");
+                    }
                 }
             }
             let (far, _) = isa.run(All([60.0; LANES]));
             assert!((far[0] / (-60.0_f32).exp() - 1.0).abs() < 1e-5);
             assert_eq!(isa.run(All([f32::INFINITY; LANES])).0[0], isa.run(All([87.0; LANES])).0[0]);
-            assert_eq!(isa.run(All([7.5; LANES])).1[0], 255);
+            assert_eq!(isa.run(All([7.5; LANES])).1.map(|codes| codes[0]), [255; 2]);
         }
     }
 
