@@ -90,7 +90,7 @@ impl Grid {
 
     /// Voxels (eastward, northward) of level index `level`.
     pub fn dims(&self, level: u8) -> (u32, u32) {
-        // As a quotient by a number that need be no power of two it would take most of the time of who asks.
+        // Shifts: the march asks for every block, and divisions took longer than all the rest.
         let bits = side_bits(level).min(63);
         let voxels = |units: u32| ((u64::from(units) + (1 << bits) - 1) >> bits) as u32;
         (voxels(self.nx), voxels(self.ny))

@@ -1,7 +1,7 @@
 //! Light of sixteen planes in one row: the plane image of a frame is written and read once, and what that takes is memory.
 //!
-//! Cells hold roots of linear light, which are about as far apart as the eye tells them, in 16 bits: with 10 and 11 a tenth of all
-//! 8-bit pixels are off by one.
+//! Cells hold roots of linear light, which are about as far apart as the eye tells them, in 16 bits: with 10 and 11 one 8-bit
+//! code in twelve to twenty was off by one.
 
 use glam::Vec3;
 

@@ -71,7 +71,7 @@ pub struct NearRows<'l> {
 }
 
 impl<'l> NearRows<'l> {
-    /// That of a line, counted from the first; `None` if it is not there.
+    /// Returns the register's posts of a line, which is counted from the first; `None` if the line is not there.
     #[inline(always)]
     pub fn row(&self, line: i32) -> Option<&'l [u16; 2 * LANES]> {
         let apron = APRON as i32;
@@ -92,7 +92,7 @@ struct PageRow {
 }
 
 impl PageRow {
-    /// That which holds line `line` of `level` along axis `major`, and `posts`; beside the area the outermost one. And how many lines there are in it.
+    /// Finds the row of pages that holds line `line` of `level` along axis `major`, and `posts`, beside the area the outermost one; and how many lines it has.
     #[inline(always)]
     fn new(grid: &Grid, level: u8, major: usize, line: i64, posts: &LinePosts) -> (Self, i64) {
         let dims = grid.page_dims(level);

@@ -138,7 +138,7 @@ impl Strides {
 }
 
 impl Stride {
-    /// Length of a block in lines of the level: the side of a voxel of the skip level.
+    /// Length of a block in lines of the level, of which sixteen are read.
     pub fn block_lines(&self) -> i64 {
         16 * i64::from(self.lines)
     }
