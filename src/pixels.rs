@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use glam::Vec3;
 
-use crate::simd::math::{srgb8, srgb8_of_root};
+use crate::simd::math::{srgb8, srgb8_of_roots};
 use crate::simd::{Floats, Ints, LANES, Simd, Sixteen};
 use hedgehop_base::colour::{linear_from_srgb8, linear_of_codes, srgb8_from_light};
 
@@ -93,10 +93,11 @@ fn put_rgb<V: Simd>(simd: V, [red, green, blue]: [V::F; 3], target: &mut [u8]) {
 /// Writes roots of the light of up to sixteen pixels, in steps by channel, as 8-bit sRGB.
 #[inline(always)]
 pub(crate) fn put_rgb_of_roots<V: Simd>(simd: V, roots: [V::F; 3], steps: [f32; 3], target: &mut [u8]) {
-    let mut codes = [simd.splat_int(0); 3];
-    for (channel, code) in codes.iter_mut().enumerate() {
-        *code = srgb8_of_root(simd, roots[channel] * simd.splat(steps[channel]));
+    let mut shown = roots;
+    for (channel, root) in shown.iter_mut().enumerate() {
+        *root = *root * simd.splat(steps[channel]);
     }
+    let codes = srgb8_of_roots(simd, shown);
     put_codes(simd, codes, target);
 }
 

@@ -1,6 +1,6 @@
 //! Functions of sixteen lanes.
 
-use super::{Floats, Ints, Simd};
+use super::{Floats, Ints, Mask, Simd};
 
 /// `e^−x` for x ≥ 0; relative error below 10⁻⁵, 0 from 87 on.
 #[inline(always)]
@@ -53,10 +53,21 @@ pub fn srgb8<V: Simd>(simd: V, linear: V::F, one: f32) -> V::I {
 
 /// 8-bit sRGB codes of roots of linear light ≥ 0, of which 1 is displayed as 255; else as [`srgb8`].
 #[inline(always)]
-pub fn srgb8_of_root<V: Simd>(simd: V, root: V::F) -> V::I {
-    let root = root.min(simd.splat(1.0));
-    let toe = (root * root).mul_add(simd.splat(12.92 * 255.0), simd.splat(0.5));
-    toe.select(root.lt(simd.splat(ROOT_OF_TOE)), srgb8_curve(simd, root)).to_int()
+pub fn srgb8_of_roots<V: Simd>(simd: V, roots: [V::F; 3]) -> [V::I; 3] {
+    let [red, green, blue] = roots;
+    // The toe is for what is all but black, which few pixels are.
+    let is_dark = red.min(green).min(blue).lt(simd.splat(ROOT_OF_TOE)).any();
+    let mut codes = [simd.splat_int(0); 3];
+    for (channel, code) in codes.iter_mut().enumerate() {
+        let root = roots[channel].min(simd.splat(1.0));
+        let mut shown = srgb8_curve(simd, root);
+        if is_dark {
+            let toe = (root * root).mul_add(simd.splat(12.92 * 255.0), simd.splat(0.5));
+            shown = toe.select(root.lt(simd.splat(ROOT_OF_TOE)), shown);
+        }
+        *code = shown.to_int();
+    }
+    codes
 }
 
 /// 255 · (1.055·r^(5/6) − 0.055) + ½ for roots of light from √0.0031308 to 1, within 0.02.
@@ -109,7 +120,7 @@ mod tests {
             let (mut exp, mut codes) = ([0.0; LANES], [[0; LANES]; 2]);
             exp_neg(simd, x).store(&mut exp);
             srgb8(simd, x * simd.splat(3.0e13), 3.0e13).store(&mut codes[0]);
-            srgb8_of_root(simd, x.sqrt()).store(&mut codes[1]);
+            srgb8_of_roots(simd, [x.sqrt(); 3])[2].store(&mut codes[1]);
             (exp, codes)
         }
     }

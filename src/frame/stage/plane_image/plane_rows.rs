@@ -133,10 +133,12 @@ impl<'a, V: Simd> PlaneRows<'a, V> {
             return None;
         }
 
-        // The next sixteen pixels of the row are asked for after those below these.
+        // The next sixteen pixels of the row are asked for after those below these. Cells begin and end within lines of the cache.
         let at = group as usize * rows + row;
         let later = at + 2 * rows;
-        simd.prefetch(self.cells, later);
+        let bytes: &[u8] = bytemuck::cast_slice(self.cells);
+        simd.prefetch(bytes, later * size_of::<Cell>());
+        simd.prefetch(bytes, later * size_of::<Cell>() + size_of::<Cell>() - 1);
         let (low, middle) = (self.cells[at].load(simd), self.cells[at + rows].load(simd));
         if highest < (group + 2) * lanes {
             return Some(Neighbours { first: group * lanes, codes: [low, middle] });
