@@ -86,16 +86,14 @@ impl<V: Simd, const FOG_OR_GLOW: bool> ChunkLights for Painted<'_, '_, '_, V, FO
         later: &[VisibleSegment],
         lights: &mut [PlaneLight],
     ) -> Result<()> {
-        let here = self.places;
-        self.seek(later)?;
-
         let (simd, air) = (self.simd, self.air);
-        for ((segment, light), place) in chunk.iter().zip(lights).zip(&here) {
+        for (index, (segment, light)) in chunk.iter().zip(lights).enumerate() {
+            let place = self.places[index];
             let (slope, inverse) = (simd.load(&segment.slope.0), simd.load(&segment.inverse.0));
             let colour = if segment.line.share < 1.0 {
-                self.between(segment, place, inverse)?
+                self.between(segment, &place, inverse)?
             } else {
-                self.crossings.sample(place)
+                self.crossings.sample(&place)
             };
 
             let depth = inverse.recip();
@@ -104,6 +102,11 @@ impl<V: Simd, const FOG_OR_GLOW: bool> ChunkLights for Painted<'_, '_, '_, V, FO
             let seen = air.haze::<V, FOG_OR_GLOW>(simd, colour, slant * depth, slope * depth);
             for (channel, light) in light.iter_mut().enumerate() {
                 seen[channel].store(&mut light.0);
+            }
+
+            // One after the other: a processor has only so many reads on their way.
+            if let Some(segment) = later.get(index) {
+                self.places[index] = self.crossings.seek(image_line(&segment.line))?;
             }
         }
 
@@ -125,8 +128,13 @@ impl<V: Simd, const FOG_OR_GLOW: bool> Painted<'_, '_, '_, V, FOG_OR_GLOW> {
     #[inline(always)]
     fn between(&mut self, segment: &VisibleSegment, place: &TexelPlace, inverse: V::F) -> Result<[V::F; 3]> {
         let (at, share) = between_lines(self.simd, &segment.line, (inverse * self.depth).recip());
-        let line = image_line(&segment.line);
-        let before = self.crossings.seek(ImageLine { index: line.index - self.forward, ..line })?;
+        let before = match self.crossings.beside(place, -self.forward) {
+            Some(before) => before,
+            None => {
+                let line = image_line(&segment.line);
+                self.crossings.seek(ImageLine { index: line.index - self.forward, ..line })?
+            }
+        };
         let before = self.crossings.sample_at(&before, at);
         let mut colour = self.crossings.sample_at(place, at);
         for (channel, colour) in colour.iter_mut().enumerate() {

@@ -16,6 +16,9 @@
 //! Rows are boxes, not points: a ridge that covers a third of a row gives it a third of its light, and what is narrower
 //! than a row still counts. On a stretch light is linear in the tangent, so that its mean over a part of a row is that in the part's middle. A row's light depends
 //! on nothing below the row: views that have it in common agree to the bit.
+//!
+//! Tried without gain: sums that each part of a row is added to, without masks (light +8 %: the next part waits for the store before);
+//! light as a square of the tangent, as it is on a straight stretch seen from near (no decibel, what is missing is what lies between lines).
 
 use std::ops::Range;
 

@@ -189,6 +189,21 @@ impl<V: Simd> Crossings<'_, '_, V> {
         }
     }
 
+    /// Finds the line `step` (1 or −1) lines after the one at a place, where the same images hold both and registers their texels; `None`: it is to be
+    /// [sought](Self::seek).
+    #[inline(always)]
+    pub fn beside(&self, place: &TexelPlace, step: i64) -> Option<TexelPlace> {
+        let run = self.runs.get(place.run as usize).filter(|run| run.span == 0 && place.start != FAR)?;
+        let image = run.images[0].as_ref()?;
+        let within = i64::from(place.within) + step;
+        let [here, there] =
+            [i64::from(place.within), within].each(|line| image.start_of(line as usize) as i64);
+        let start = i64::from(place.start) + there - here;
+        let last = image.texels.len() as i64 - 2 * LANES as i64;
+        let is_there = (0..run.lines as i64).contains(&within) && (0..=last).contains(&start);
+        is_there.then_some(TexelPlace { within: within as u32, start: start as u32, ..*place })
+    }
+
     #[inline(always)]
     fn place(&self, index: usize, run: &TexelRun, line: &ImageLine) -> TexelPlace {
         // A line before the area is lit as its first one.
