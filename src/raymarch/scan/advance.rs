@@ -1,10 +1,10 @@
 //! Advance from line to line: posts that come into sight, and lines that must be read more densely.
 
 use super::blocks::LineBlock;
-use super::ground::Crease;
+use super::ground::{Crease, PlaneGround};
 use super::lines::Lines;
 use super::march::{MarchField, Planes};
-use super::profile::{NO_SLOPE, Post, SampleLine};
+use super::profile::{Post, SampleLine};
 use super::strides::Stride;
 use crate::simd::{Each, Floats, Mask, Simd, Sixteen};
 use crate::voxel::Grid;
@@ -20,6 +20,37 @@ pub(super) const MOST_STEEP_PARTS: f32 = 32.0;
 /// are several pixels apart, which is a greater share of range the wider pixels are. From 0.7 mrad a pixel on radians are what counts.
 const STEEP_ROWS: f32 = 2.3;
 const STEEP_ANGLE: f32 = 0.0016;
+
+/// The way through the cells between two neighbouring lines.
+struct CellWay<V: Simd> {
+    /// Line at its end, and major distance at which it begins, units.
+    line: SampleLine,
+    from: f32,
+    /// Distance from line to line, units.
+    side: f32,
+    /// Shares of the way after which half of its parts end, and how many that are.
+    crease: V::F,
+    halves: i32,
+}
+
+impl<V: Simd> CellWay<V> {
+    /// The bilinear surface at the end of one of its parts, counted from 1.
+    #[inline(always)]
+    fn post(&self, ground: &PlaneGround<V>, lines: &Lines<'_>, part: i32) -> Post<V> {
+        let (simd, SampleLine { level, line, distance: to, .. }) = (ground.simd, self.line);
+        let way = part as f32 / self.halves as f32;
+        let beyond = simd.splat((way - 1.0).max(0.0));
+        let (near, far) = (simd.splat(self.from), simd.splat(to));
+        let at = self.crease.mul_add(simd.splat(way.min(1.0)) - beyond, beyond).mul_add(far - near, near);
+
+        let share = (at - far).mul_add(simd.splat(1.0 / self.side), simd.splat(1.0));
+        let z = ground.surface(lines, level, line, at, share);
+        let inverse = ground.per_depth * at.recip();
+        let distance = self.from + (to - self.from) * 0.5 * way;
+        let line = SampleLine { distance, share: 1.0 - (to - distance) / self.side, ..self.line };
+        Post { slope: ground.slope(z, inverse), inverse, line }
+    }
+}
 
 impl MarchField {
     /// Tangents that a stretch may rise over before the surface between its ends is looked at: anywhere, and at level sight, from
@@ -160,9 +191,8 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
     /// Follows the bilinear surface from the last line to the next one.
     #[inline(always)]
     fn follow(&mut self, lines: &Lines<'a>, level: u8, post: &Post<V>, steep: bool, rim: bool) {
-        let line = post.line.line;
         let side = Grid::side_units(level) as f32;
-        let (from, to) = (self.reached, post.line.distance);
+        let [from, to] = [self.reached, post.line.distance];
         let mut parts = (NEAR_PARTS * side / to).clamp(1.0, MOST_NEAR_PARTS);
 
         if steep {
@@ -181,36 +211,38 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
 
         // Where a plane crosses a column of posts the surface has a crease, which may be a horizon: half of the parts end there.
         let simd = self.simd;
-        let (near, far) = (simd.splat(from), simd.splat(to));
-        let Crease { crosses, share, .. } = self.ground.crease(lines, level, [near, far]);
+        let Crease { crosses, share, .. } =
+            self.ground.crease(lines, level, [simd.splat(from), simd.splat(to)]);
         let half = simd.splat(0.5);
         let crease = if rim || at_edge { half } else { share.select(crosses, half) };
         let halves = (parts as i32 / 2).max(i32::from(crosses.any()));
+        let way = CellWay { line: post.line, from, side, crease, halves };
 
-        for part in 1..2 * halves {
-            let way = part as f32 / halves as f32;
-            let beyond = simd.splat((way - 1.0).max(0.0));
-            let at = crease.mul_add(simd.splat(way.min(1.0)) - beyond, beyond).mul_add(far - near, near);
-            let share = (at - far).mul_add(simd.splat(1.0 / side), simd.splat(1.0));
-            let z = self.ground.surface(lines, level, line, at, share);
-            let distance = from + (to - from) * 0.5 * way;
-            let mark = SampleLine { distance, share: 1.0 - (to - distance) / side, ..post.line };
-            let inverse = self.ground.per_depth * at.recip();
-            self.pass(lines, Post { slope: self.slope(z, inverse), inverse, line: mark }, rim);
+        if rim || at_edge {
+            for part in 1..2 * halves {
+                let post = way.post(&self.ground, lines, part);
+                self.pass(lines, post, rim);
+            }
+            return;
         }
+
+        let (mut horizon, mut last, mut reached) = (self.horizon, self.last, from);
+        let mut end = self.profile.end(2 * halves as usize);
+        for part in 1..2 * halves {
+            let post = way.post(&self.ground, lines, part);
+            end.add(&post, horizon.lt(post.slope).any());
+            horizon = horizon.max(post.slope);
+            (last, reached) = (post.slope, post.line.distance);
+        }
+        end.finish();
+        (self.horizon, self.last, self.reached) = (horizon, last, reached);
     }
 
     /// The surface at height `z` above the eye along a line.
     #[inline(always)]
     pub(super) fn post(&self, z: V::F, mark: SampleLine) -> Post<V> {
         let inverse = self.ground.per_depth * self.simd.splat(1.0 / mark.distance.max(f32::MIN_POSITIVE));
-        Post { slope: self.slope(z, inverse), inverse, line: mark }
-    }
-
-    /// Tangent of the elevation of height `z` at an inverse depth.
-    #[inline(always)]
-    pub(super) fn slope(&self, z: V::F, inverse: V::F) -> V::F {
-        (z * inverse).max(self.simd.splat(NO_SLOPE)).min(self.simd.splat(-NO_SLOPE))
+        Post { slope: self.ground.slope(z, inverse), inverse, line: mark }
     }
 
     /// Takes in the surface from where the march is to a post; none beside the area.

@@ -129,7 +129,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
             lines.prefetch(simd, line);
             let codes = lines.codes(simd, line, minor.mul_add(at, across));
             let inverse = self.ground.per_depth * simd.splat(slopes.per_distance[index]);
-            let found = self.slope(self.ground.height(codes, at), inverse);
+            let found = self.ground.slope(self.ground.height(codes, at), inverse);
             found.store(&mut slopes.slope[index].0);
             highest = highest.max(found);
             lowest = lowest.min(found);

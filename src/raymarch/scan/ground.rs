@@ -1,6 +1,7 @@
 //! Sixteen planes over the ground: heights where they are.
 
 use super::lines::{Lines, NO_CODE};
+use super::profile::NO_SLOPE;
 use crate::simd::{Floats, Simd};
 use crate::voxel::Grid;
 
@@ -101,6 +102,12 @@ impl<V: Simd> PlaneGround<V> {
     #[inline(always)]
     pub fn height(&self, codes: V::F, distance: V::F) -> V::F {
         self.drop.neg_mul_add(distance * distance, codes.mul_add(self.scale, self.offset))
+    }
+
+    /// Tangent of the elevation of height `z` above the eye at an inverse depth.
+    #[inline(always)]
+    pub fn slope(&self, z: V::F, inverse: V::F) -> V::F {
+        (z * inverse).max(self.simd.splat(NO_SLOPE)).min(self.simd.splat(-NO_SLOPE))
     }
 
     /// Height above the eye of the bilinear surface at a major distance, `share` of the way from the line
