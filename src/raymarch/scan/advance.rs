@@ -1,12 +1,13 @@
 //! Advance from line to line: posts that come into sight, and lines that must be read more densely.
 
 use super::blocks::LineBlock;
-use super::ground::{Crease, PlaneGround};
+use super::cell_way::CellWay;
+use super::ground::PlaneGround;
 use super::lines::Lines;
-use super::march::{MarchField, Planes};
-use super::profile::{Post, SampleLine};
+use super::march::Planes;
+use super::profile::{Post, ProfileEnd, SampleLine};
 use super::strides::Stride;
-use crate::simd::{Each, Floats, Mask, Simd, Sixteen};
+use crate::simd::{Floats, Mask, Simd, Sixteen};
 use crate::voxel::Grid;
 use hedgehop_base::error::Result;
 
@@ -14,53 +15,46 @@ use hedgehop_base::error::Result;
 pub(super) const NEAR_PARTS: f32 = 64.0;
 /// Most parts of a stretch between lines, near or steep.
 pub(super) const MOST_NEAR_PARTS: f32 = 16.0;
-pub(super) const MOST_STEEP_PARTS: f32 = 32.0;
 
-/// Rows that a stretch may rise over, and radians, before the lines between its ends, or the surface between neighbouring ones, are looked at: lines
-/// are several pixels apart, which is a greater share of range the wider pixels are. From 0.7 mrad a pixel on radians are what counts.
-const STEEP_ROWS: f32 = 2.3;
-const STEEP_ANGLE: f32 = 0.0016;
-
-/// The way through the cells between two neighbouring lines.
-struct CellWay<V: Simd> {
-    /// Line at its end, and major distance at which it begins, units.
-    line: SampleLine,
-    from: f32,
-    /// Distance from line to line, units.
-    side: f32,
-    /// Shares of the way after which half of its parts end, and how many that are.
-    crease: V::F,
-    halves: i32,
+/// An advance past posts with neither rim nor edge about, into the end of a profile.
+pub(super) struct PlainAdvance<'p, V: Simd> {
+    end: ProfileEnd<'p>,
+    /// Greatest slope, and that at `reached`.
+    pub horizon: V::F,
+    pub last: V::F,
+    /// Major distance up to which it has come, units.
+    pub reached: f32,
 }
 
-impl<V: Simd> CellWay<V> {
-    /// The bilinear surface at the end of one of its parts, counted from 1.
+impl<'p, V: Simd> PlainAdvance<'p, V> {
+    /// Begins where a march is.
     #[inline(always)]
-    fn post(&self, ground: &PlaneGround<V>, lines: &Lines<'_>, part: i32) -> Post<V> {
-        let (simd, SampleLine { level, line, distance: to, .. }) = (ground.simd, self.line);
-        let way = part as f32 / self.halves as f32;
-        let beyond = simd.splat((way - 1.0).max(0.0));
-        let (near, far) = (simd.splat(self.from), simd.splat(to));
-        let at = self.crease.mul_add(simd.splat(way.min(1.0)) - beyond, beyond).mul_add(far - near, near);
-
-        let share = (at - far).mul_add(simd.splat(1.0 / self.side), simd.splat(1.0));
-        let z = ground.surface(lines, level, line, at, share);
-        let inverse = ground.per_depth * at.recip();
-        let distance = self.from + (to - self.from) * 0.5 * way;
-        let line = SampleLine { distance, share: 1.0 - (to - distance) / self.side, ..self.line };
-        Post { slope: ground.slope(z, inverse), inverse, line }
+    pub fn new(end: ProfileEnd<'p>, horizon: V::F, last: V::F, reached: f32) -> Self {
+        Self { end, horizon, last, reached }
     }
-}
 
-impl MarchField {
-    /// Tangents that a stretch may rise over before the surface between its ends is looked at: anywhere, and at level sight, from
-    /// where it grows as the tangent of an angle does.
-    pub(super) fn steep_rises(&self) -> [f32; 2] {
-        let [lowest, highest] = self.tangents;
-        let flattest = 0.0_f32.max(lowest).min(highest);
-        let [row, angle] = self.row.each(|row| STEEP_ROWS * row);
-        let steep = [row.min(STEEP_ANGLE * flattest.mul_add(flattest, 1.0)), angle.min(STEEP_ANGLE)];
-        steep.each(|rise| rise / self.detail)
+    /// Goes to a post.
+    #[inline(always)]
+    pub fn reach(&mut self, post: &Post<V>) {
+        self.end.add(post, self.horizon.lt(post.slope).any());
+        self.horizon = self.horizon.max(post.slope);
+        self.last = post.slope;
+        self.reached = self.reached.max(post.line.distance);
+    }
+
+    /// Follows the bilinear surface to the line at the end of a way.
+    #[inline(always)]
+    pub fn follow(&mut self, ground: &PlaneGround<V>, lines: &Lines<'_>, way: &CellWay<V>) {
+        for part in 1..=way.inner_parts() {
+            self.reach(&way.post(ground, lines, part));
+        }
+    }
+
+    /// Leaves the posts in the profile; where it has come: `horizon`, `last` and `reached`.
+    #[inline(always)]
+    pub fn finish(self) -> (V::F, V::F, f32) {
+        self.end.finish();
+        (self.horizon, self.last, self.reached)
     }
 }
 
@@ -83,7 +77,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         } else {
             let steep = self.is_steep(&post, 1.0);
             if steep || near {
-                self.follow(lines, block.stride.level, &post, steep, rim);
+                self.follow(lines, &post, steep, rim);
             }
         }
         self.pass(lines, post, rim);
@@ -176,31 +170,26 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         }
     }
 
+    /// The stretch that planes see before a post: where it comes into sight, and the post.
+    #[inline(always)]
+    pub(super) fn stretch(&self, post: &Post<V>) -> [V::F; 2] {
+        [self.horizon.max(self.last), post.slope]
+    }
+
     /// Whether what is in sight of the stretch to a post rises more than `times` as high as it may.
     #[inline(always)]
     pub(super) fn is_steep(&self, post: &Post<V>, times: f32) -> bool {
-        let simd = self.simd;
-        let begin = self.horizon.max(self.last);
-        let [least, level] = [simd.splat(times * self.steep[0]), simd.splat(times * self.steep[1])];
-        // Of the stretch's tangents the flattest.
-        let flattest = begin.max(simd.splat(0.0) - post.slope).max(simd.splat(0.0));
-        let steep = least.max((flattest * flattest).mul_add(level, level));
-        steep.lt(post.slope - begin).any()
+        self.steep.is_passed(self.simd, self.stretch(post), times)
     }
 
     /// Follows the bilinear surface from the last line to the next one.
     #[inline(always)]
-    fn follow(&mut self, lines: &Lines<'a>, level: u8, post: &Post<V>, steep: bool, rim: bool) {
-        let side = Grid::side_units(level) as f32;
-        let [from, to] = [self.reached, post.line.distance];
+    fn follow(&mut self, lines: &Lines<'a>, post: &Post<V>, steep: bool, rim: bool) {
+        let (simd, to) = (self.simd, post.line.distance);
+        let side = Grid::side_units(post.line.level) as f32;
         let mut parts = (NEAR_PARTS * side / to).clamp(1.0, MOST_NEAR_PARTS);
-
         if steep {
-            let mut least = 2.0;
-            while least < MOST_STEEP_PARTS && self.is_steep(post, least) {
-                least *= 2.0;
-            }
-            parts = parts.max(least);
+            parts = parts.max(self.steep.parts(simd, self.stretch(post)));
         }
 
         // Planes leave the area, and enter it, at distances that all have in common: horizons are found by many parts.
@@ -209,33 +198,20 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
             parts = MOST_NEAR_PARTS;
         }
 
-        // Where a plane crosses a column of posts the surface has a crease, which may be a horizon: half of the parts end there.
-        let simd = self.simd;
-        let Crease { crosses, share, .. } =
-            self.ground.crease(lines, level, [simd.splat(from), simd.splat(to)]);
-        let half = simd.splat(0.5);
-        let crease = if rim || at_edge { half } else { share.select(crosses, half) };
-        let halves = (parts as i32 / 2).max(i32::from(crosses.any()));
-        let way = CellWay { line: post.line, from, side, crease, halves };
-
+        let way = CellWay::new(&self.ground, lines, self.reached, post.line, parts);
         if rim || at_edge {
-            for part in 1..2 * halves {
+            let way = way.even(simd);
+            for part in 1..=way.inner_parts() {
                 let post = way.post(&self.ground, lines, part);
                 self.pass(lines, post, rim);
             }
             return;
         }
 
-        let (mut horizon, mut last, mut reached) = (self.horizon, self.last, from);
-        let mut end = self.profile.end(2 * halves as usize);
-        for part in 1..2 * halves {
-            let post = way.post(&self.ground, lines, part);
-            end.add(&post, horizon.lt(post.slope).any());
-            horizon = horizon.max(post.slope);
-            (last, reached) = (post.slope, post.line.distance);
-        }
-        end.finish();
-        (self.horizon, self.last, self.reached) = (horizon, last, reached);
+        let end = self.profile.end(way.inner_parts().max(0) as usize);
+        let mut advance = PlainAdvance::<V>::new(end, self.horizon, self.last, self.reached);
+        advance.follow(&self.ground, lines, &way);
+        (self.horizon, self.last, self.reached) = advance.finish();
     }
 
     /// The surface at height `z` above the eye along a line.

@@ -4,15 +4,18 @@
 //! slopes of all lines                                       reads that wait for nothing overlap
 //! none is above a horizon        → the block is passed over
 //! for each line of the block:
-//!     it may be steep            → one step of its own, see `advance`
+//!     it is steep                → the lines between, or the surface before it
 //!     above a horizon            → a segment ends here
 //!     the horizon rises to it
 //! ```
 
+use super::advance::PlainAdvance;
 use super::blocks::{LineBlock, Way};
+use super::cell_way::CellWay;
 use super::lines::Lines;
 use super::march::{MOST_LINES, Planes};
 use super::profile::{NO_SLOPE, Post, SampleLine};
+use super::steep::MOST_STEEP_PARTS;
 use crate::simd::{Floats, Ints, Mask, Simd, Sixteen};
 use crate::voxel::{Grid, HeightCode};
 use hedgehop_base::error::Result;
@@ -148,41 +151,50 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         slopes: &BlockSlopes<V>,
     ) -> Result<()> {
         let simd = self.simd;
-        let least = simd.splat(self.steep[0]);
+        let (ground, steep) = (self.ground, self.steep);
+        let least = simd.splat(steep.least);
         let mark = self.mark(block, block.first);
-        let per_depth = self.ground.per_depth;
+        let is_every_line = block.stride.lines == 1;
         let mut index = 0;
 
         while index < block.count {
-            let (mut horizon, mut last) = (self.horizon, self.last);
-            let mut end = self.profile.end((block.count - index) as usize);
-            let mut may_be_steep = false;
+            // Room for as many parts as all of the lines may have before them.
+            let room = (block.count - index) as usize * MOST_STEEP_PARTS as usize;
+            let end = self.profile.end(room);
+            let mut advance = PlainAdvance::<V>::new(end, self.horizon, self.last, self.reached);
+            let mut is_divided = false;
 
             while index < block.count {
                 let at = index as usize;
                 let slope = simd.load(&slopes.slope[at].0);
-                if least.lt(slope - horizon.max(last)).any() {
-                    may_be_steep = true;
-                    break;
-                }
-                let inverse = per_depth * simd.splat(slopes.per_distance[at]);
+                let inverse = ground.per_depth * simd.splat(slopes.per_distance[at]);
                 let line = SampleLine {
                     line: block.first + index * block.step,
                     distance: slopes.distance[at],
                     ..mark
                 };
-                end.add::<V>(&Post { slope, inverse, line }, horizon.lt(slope).any());
-                horizon = horizon.max(slope);
-                last = slope;
+                let post = Post { slope, inverse, line };
+
+                let begin = advance.horizon.max(advance.last);
+                if least.lt(slope - begin).any() && steep.is_passed(simd, [begin, slope], 1.0) {
+                    // Lines between are read where there are any.
+                    if !is_every_line {
+                        is_divided = true;
+                        break;
+                    }
+                    let parts = steep.parts(simd, [begin, slope]);
+                    advance.follow(
+                        &ground,
+                        lines,
+                        &CellWay::new(&ground, lines, advance.reached, line, parts),
+                    );
+                }
+                advance.reach(&post);
                 index += 1;
             }
 
-            end.finish();
-            (self.horizon, self.last) = (horizon, last);
-            if index > 0 {
-                self.reached = self.reached.max(slopes.distance[index as usize - 1]);
-            }
-            if may_be_steep {
+            (self.horizon, self.last, self.reached) = advance.finish();
+            if is_divided {
                 let line = block.first + index * block.step;
                 let post = self.stored(block, line, slopes.slope(index));
                 self.step(lines, block, &post, false)?;

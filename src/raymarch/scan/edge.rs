@@ -6,11 +6,12 @@
 //! from there to the edge      heights are the last line's, where planes are beside it
 //! ```
 
-use super::advance::{MOST_NEAR_PARTS, MOST_STEEP_PARTS, NEAR_PARTS};
+use super::advance::{MOST_NEAR_PARTS, NEAR_PARTS};
 use super::blocks::LineBlock;
 use super::lines::Lines;
 use super::march::Planes;
 use super::profile::{NO_SLOPE, Post, SampleLine};
+use super::steep::MOST_STEEP_PARTS;
 use super::strides::Stride;
 use crate::simd::{Floats, Mask, Simd};
 use crate::voxel::{BARE, Grid};

@@ -7,6 +7,7 @@ use super::bounds::highest_code;
 use super::ground::PlaneGround;
 use super::lines::{LinePosts, Lines};
 use super::profile::{NO_SLOPE, Post};
+use super::steep::SteepRise;
 use super::strides::Stride;
 use super::{BoundPyramid, Pages, PlaneGroup, Profile, Strides, TurnedPages};
 use crate::simd::{Each, Floats, Isa, Kernel, LANES, Mask, Simd, Sixteen};
@@ -158,7 +159,7 @@ impl Kernel for Seeing<'_, '_> {
             ],
             farthest,
             field,
-            steep: field.steep_rises(),
+            steep: SteepRise::new(&field),
             clearance: ((eye.z - march.ceiling) / march.grid.spacing).max(0.0),
             horizon: simd.splat(field.tangents[0]),
             profile,
@@ -187,8 +188,8 @@ pub(super) struct Planes<'f, 'a, V: Simd> {
     pub(super) inner: [f32; 2],
     pub(super) farthest: f32,
     pub(super) field: MarchField,
-    /// Tangent over which a stretch may rise before the surface between its ends is looked at: at least, and at level sight.
-    pub(super) steep: [f32; 2],
+    /// Tangents that a stretch may rise over before the surface between its ends is looked at.
+    pub(super) steep: SteepRise,
     /// Least height of the eye above the ground, units; 0 if it is among the hills.
     clearance: f64,
     /// Greatest slope of the surface so far: what lies below is hidden.
