@@ -1,13 +1,13 @@
 //! Advance from line to line: posts that come into sight, and lines that must be read more densely.
 
-use super::blocks::LineBlock;
+use super::blocks::{LineBlock, LinesBetween};
 use super::cell_way::CellWay;
 use super::ground::PlaneGround;
 use super::lines::Lines;
 use super::march::Planes;
 use super::profile::{Post, ProfileEnd, SampleLine};
 use super::strides::Stride;
-use crate::simd::{Floats, Mask, Simd, Sixteen};
+use crate::simd::{Floats, Mask, Simd};
 use crate::voxel::Grid;
 use hedgehop_base::error::Result;
 
@@ -102,70 +102,44 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
     /// The surface along a line.
     #[inline(always)]
     pub(super) fn line(&self, lines: &Lines<'a>, block: &LineBlock, line: i64, span: u32) -> Post<V> {
-        let mark = SampleLine { span: span as u8, ..self.mark(block, line) };
-        let at = self.simd.splat(mark.distance);
-        lines.prefetch(self.simd, (line - lines.first[0]) as i32);
-        self.post(self.ground.height(self.ground.codes(lines, mark.level, line, at), at), mark)
+        self.ground.line(lines, SampleLine { span: span as u8, ..self.mark(block, line) })
     }
 
     /// Reads lines between the last and the next one where the surface rises steeply, all of them at the `rim` of a void: how many
     /// lines they are apart.
     #[inline(always)]
     fn divide(&mut self, lines: &Lines<'a>, block: &LineBlock, post: &Post<V>, rim: bool) -> Result<i64> {
-        let line = post.line.line;
         let every = i64::from(block.stride.lines);
         let parts = if rim || self.is_steep(post, 2.0) { every } else { 2 };
-        let step = block.step.signum() * every / parts;
-
-        // After a change of stride some of them may lie before the last one.
-        let reached = f64::from(self.reached);
-        let mut between = parts - 1;
-        while between > 0 && self.way.distance(block.stride.level, line - step * between) <= reached {
-            between -= 1;
-        }
-        if between == 0 {
-            return Ok(step.abs());
+        let between = self.way.between(block, post.line.line, parts, self.reached);
+        let apart = between.step.abs();
+        if between.count == 0 {
+            return Ok(apart);
         }
 
-        let nearest = line - step * between;
-        if lines.have(nearest) {
-            self.read_between(lines, block, [line, step, between], rim);
-            return Ok(step.abs());
+        if lines.have(between.first) {
+            self.read_between(lines, block, between, rim);
+            return Ok(apart);
         }
 
         let level = block.stride.level;
-        let posts = self.posts(level, [self.way.distance(level, nearest), post.line.distance.into()]);
+        let nearest = self.way.distance(level, between.first);
+        let posts = self.posts(level, [nearest, post.line.distance.into()]);
         if let Some(lines) =
-            Lines::find(&mut self.march.pages, None, level, self.group.major, nearest, posts)?
+            Lines::find(&mut self.march.pages, None, level, self.group.major, between.first, posts)?
         {
-            self.read_between(&lines, block, [line, step, between], rim);
+            self.read_between(&lines, block, between, rim);
         }
 
-        Ok(step.abs())
+        Ok(apart)
     }
 
-    /// Reads `count` (1 to 3) lines before a line, `step` apart.
+    /// Reads lines before one of a block.
     #[inline(always)]
-    fn read_between(
-        &mut self,
-        lines: &Lines<'a>,
-        block: &LineBlock,
-        [line, step, count]: [i64; 3],
-        rim: bool,
-    ) {
-        let span = step.unsigned_abs() as u32;
-        // All first: reads that wait for nothing overlap.
-        let mut slopes = [Sixteen::default(); 3];
+    fn read_between(&mut self, lines: &Lines<'a>, block: &LineBlock, between: LinesBetween, rim: bool) {
+        let LinesBetween { first, step, count } = between;
         for part in 0..count {
-            let post = self.line(lines, block, line - step * (count - part), span);
-            post.slope.store(&mut slopes[part as usize].0);
-        }
-        for part in 0..count {
-            let line = line - step * (count - part);
-            let post = Post {
-                line: SampleLine { span: span as u8, ..self.mark(block, line) },
-                ..self.stored(block, line, &slopes[part as usize])
-            };
+            let post = self.line(lines, block, first + step * part, step.unsigned_abs() as u32);
             self.pass(lines, post, rim);
         }
     }
@@ -212,13 +186,6 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         let mut advance = PlainAdvance::<V>::new(end, self.horizon, self.last, self.reached);
         advance.follow(&self.ground, lines, &way);
         (self.horizon, self.last, self.reached) = advance.finish();
-    }
-
-    /// The surface at height `z` above the eye along a line.
-    #[inline(always)]
-    pub(super) fn post(&self, z: V::F, mark: SampleLine) -> Post<V> {
-        let inverse = self.ground.per_depth * self.simd.splat(1.0 / mark.distance.max(f32::MIN_POSITIVE));
-        Post { slope: self.ground.slope(z, inverse), inverse, line: mark }
     }
 
     /// Takes in the surface from where the march is to a post; none beside the area.

@@ -154,7 +154,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         let (ground, steep) = (self.ground, self.steep);
         let least = simd.splat(steep.least);
         let mark = self.mark(block, block.first);
-        let is_every_line = block.stride.lines == 1;
+        let every = i64::from(block.stride.lines);
         let mut index = 0;
 
         while index < block.count {
@@ -162,7 +162,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
             let room = (block.count - index) as usize * MOST_STEEP_PARTS as usize;
             let end = self.profile.end(room);
             let mut advance = PlainAdvance::<V>::new(end, self.horizon, self.last, self.reached);
-            let mut is_divided = false;
+            let mut is_left_to_step = false;
 
             while index < block.count {
                 let at = index as usize;
@@ -173,28 +173,36 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
                     distance: slopes.distance[at],
                     ..mark
                 };
-                let post = Post { slope, inverse, line };
+                let mut post = Post { slope, inverse, line };
 
-                let begin = advance.horizon.max(advance.last);
-                if least.lt(slope - begin).any() && steep.is_passed(simd, [begin, slope], 1.0) {
-                    // Lines between are read where there are any.
-                    if !is_every_line {
-                        is_divided = true;
-                        break;
+                let stretch = [advance.horizon.max(advance.last), slope];
+                if least.lt(slope - stretch[0]).any() && steep.is_passed(simd, stretch, 1.0) {
+                    if every == 1 {
+                        let parts = steep.parts(simd, stretch);
+                        let way = CellWay::new(&ground, lines, advance.reached, line, parts);
+                        advance.follow(&ground, lines, &way);
+                    } else {
+                        let parts = if steep.is_passed(simd, stretch, 2.0) { every } else { 2 };
+                        let between = self.way.between(block, line.line, parts, advance.reached);
+                        if between.count > 0 && !lines.have(between.first) {
+                            is_left_to_step = true;
+                            break;
+                        }
+                        post.line.span = between.step.unsigned_abs() as u8;
+                        for part in 0..between.count {
+                            let line = between.first + part * between.step;
+                            let distance = self.way.distance(mark.level, line) as f32;
+                            let line = SampleLine { line, distance, ..post.line };
+                            advance.reach(&ground.line(lines, line));
+                        }
                     }
-                    let parts = steep.parts(simd, [begin, slope]);
-                    advance.follow(
-                        &ground,
-                        lines,
-                        &CellWay::new(&ground, lines, advance.reached, line, parts),
-                    );
                 }
                 advance.reach(&post);
                 index += 1;
             }
 
             (self.horizon, self.last, self.reached) = advance.finish();
-            if is_divided {
+            if is_left_to_step {
                 let line = block.first + index * block.step;
                 let post = self.stored(block, line, slopes.slope(index));
                 self.step(lines, block, &post, false)?;

@@ -23,6 +23,17 @@ pub struct LineBlock {
     pub count: i64,
 }
 
+/// Lines that a stride leaves out before one of its own.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LinesBetween {
+    /// The nearest.
+    pub first: i64,
+    /// Difference from one to the next.
+    pub step: i64,
+    /// Lines, ≥ 0.
+    pub count: i64,
+}
+
 /// The way of a march along its major axis.
 #[derive(Debug, Clone, Copy)]
 pub struct Way {
@@ -147,6 +158,18 @@ impl Way {
         }
         let line = if self.forward > 0.0 { post.ceil() } else { post.floor() };
         (line as i64, 1.0 - (line - post).abs())
+    }
+
+    /// Returns the lines that divide the stretch before `line` of a block into `parts`, without those up to major distance `reached`: after a change of stride
+    /// some of them may lie before the last one.
+    #[inline(always)]
+    pub fn between(&self, block: &LineBlock, line: i64, parts: i64, reached: f32) -> LinesBetween {
+        let step = block.step.signum() * i64::from(block.stride.lines) / parts;
+        let mut count = parts - 1;
+        while count > 0 && self.distance(block.stride.level, line - step * count) <= f64::from(reached) {
+            count -= 1;
+        }
+        LinesBetween { first: line - step * count, step, count }
     }
 
     /// A block of the area's last line alone.

@@ -79,7 +79,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         let codes = self.ground.codes(lines, block.stride.level, block.first, at);
         let span = self.profile.last_line().span;
         let mark = SampleLine { distance, span, ..self.mark(block, block.first) };
-        self.post(self.ground.height(codes, at), mark)
+        self.ground.post(self.ground.height(codes, at), mark)
     }
 
     /// Whether some plane enters or leaves the area between here and a major distance.

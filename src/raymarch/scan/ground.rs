@@ -1,7 +1,7 @@
 //! Sixteen planes over the ground: heights where they are.
 
 use super::lines::{Lines, NO_CODE};
-use super::profile::NO_SLOPE;
+use super::profile::{NO_SLOPE, Post, SampleLine};
 use crate::simd::{Floats, Simd};
 use crate::voxel::Grid;
 
@@ -102,6 +102,21 @@ impl<V: Simd> PlaneGround<V> {
     #[inline(always)]
     pub fn height(&self, codes: V::F, distance: V::F) -> V::F {
         self.drop.neg_mul_add(distance * distance, codes.mul_add(self.scale, self.offset))
+    }
+
+    /// The surface along a line, which the processor fetches for the next group of planes, too.
+    #[inline(always)]
+    pub fn line(&self, lines: &Lines<'_>, line: SampleLine) -> Post<V> {
+        let at = self.simd.splat(line.distance);
+        lines.prefetch(self.simd, (line.line - lines.first[0]) as i32);
+        self.post(self.height(self.codes(lines, line.level, line.line, at), at), line)
+    }
+
+    /// The surface at height `z` above the eye along a line.
+    #[inline(always)]
+    pub fn post(&self, z: V::F, line: SampleLine) -> Post<V> {
+        let inverse = self.per_depth * self.simd.splat(1.0 / line.distance.max(f32::MIN_POSITIVE));
+        Post { slope: self.slope(z, inverse), inverse, line }
     }
 
     /// Tangent of the elevation of height `z` above the eye at an inverse depth.

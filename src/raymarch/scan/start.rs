@@ -37,17 +37,17 @@ impl<V: Simd> Planes<'_, '_, V> {
         let start = f64::from(self.reached).max(before).max(0.0);
         let z = self.surface_at(level, start)?;
         if start > 0.0 {
-            return self.begin(self.post(z, self.first_line(block, start)));
+            return self.begin(self.ground.post(z, self.first_line(block, start)));
         }
         if self.simd.splat(0.0).lt(z).any() && self.inner[0] == 0.0 {
-            return self.flood(self.post(z, self.first_line(block, start)));
+            return self.flood(self.ground.post(z, self.first_line(block, start)));
         }
 
         // The surface under the eye is seen at no finite tangent: begin where it is below the lowest row.
         let mut distance = self.under_eye(z).min(0.25 * self.way.distance(level, block.first) as f32);
         loop {
             let z = self.surface_at(level, distance.into())?;
-            let post = self.post(z, self.first_line(block, distance.into()));
+            let post = self.ground.post(z, self.first_line(block, distance.into()));
             // Where ground rises it comes into sight sooner.
             let in_sight = self.simd.splat(self.field.tangents[0]).lt(post.slope);
             if !in_sight.any() || distance <= LEAST_DISTANCE {
