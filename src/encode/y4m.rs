@@ -9,7 +9,7 @@
 //! Cr = 128 + 224 (10000 R − K) / (255 · 2 · 7874)
 //! ```
 //!
-//! All of it in integers, rounded to nearest once, hence the same on every machine. At 4:2:0 a chroma
+//! All of it in integers of 32 bits, rounded to nearest once, hence the same on every machine. At 4:2:0 a chroma
 //! sample is the mean of its 2×2 pixels (`C420jpeg`, sited in the middle), of fewer at an odd edge.
 //! The format cannot say which matrix was used; it is tagged `XCOLORRANGE=LIMITED`.
 
@@ -18,6 +18,7 @@ use std::path::Path;
 
 use crate::flight::FrameRate;
 use crate::frame::Picture;
+use crate::simd::{Isa, Kernel, Simd};
 use hedgehop_base::Size;
 use hedgehop_base::error::{Error, Result};
 
@@ -37,7 +38,14 @@ pub struct Y4mWriter<W: Write> {
     width: usize,
     height: usize,
     chroma: Chroma,
-    planes: [Vec<u8>; 3],
+    planes: Planes,
+}
+
+/// Codes of a frame: Y, Cb and Cr, and sums of the codes of columns of two rows.
+#[derive(Default)]
+struct Planes {
+    codes: [Vec<u8>; 3],
+    column_sums: Vec<[u32; 3]>,
 }
 
 impl<W: Write> std::fmt::Debug for Y4mWriter<W> {
@@ -77,27 +85,9 @@ impl<W: Write> Y4mWriter<W> {
         }
 
         let (pixels, _) = rgb.as_chunks::<3>();
-        let [luma, blue, red] = &mut self.planes;
-        luma.clear();
-        luma.extend(pixels.iter().map(|&pixel| luma_code(pixel)));
-        blue.clear();
-        red.clear();
-
-        match self.chroma {
-            Chroma::Full => {
-                for &pixel in pixels {
-                    let [cb, cr] = chroma_codes(pixel.map(i64::from), 1);
-                    blue.push(cb);
-                    red.push(cr);
-                }
-            }
-            Chroma::Shared => {
-                for rows in pixels.chunks(self.width * 2) {
-                    shared_chroma(rows, self.width, blue, red);
-                }
-            }
-        }
-
+        let (width, chroma) = (self.width, self.chroma);
+        Isa::best().run(Conversion { pixels, width, chroma, planes: &mut self.planes });
+        let [luma, blue, red] = &self.planes.codes;
         self.encoder.write_frame(&y4m::Frame::new([luma, blue, red], None)).map_err(plain)
     }
 
@@ -114,48 +104,110 @@ impl<W: Write> Y4mWriter<W> {
     }
 }
 
-/// Chroma of one or two rows of `width` pixels.
-fn shared_chroma(rows: &[[u8; 3]], width: usize, blue: &mut Vec<u8>, red: &mut Vec<u8>) {
-    let (upper, lower) = rows.split_at(width.min(rows.len()));
-    for column in (0..width).step_by(2) {
-        let end = (column + 2).min(width);
-        let block = upper[column..end].iter().chain(lower.get(column..end).unwrap_or_default());
-        let mut sum = [0_i64; 3];
-        let mut count = 0;
-        for pixel in block {
-            for (total, &code) in sum.iter_mut().zip(pixel) {
-                *total += i64::from(code);
-            }
-            count += 1;
+/// Conversion of a frame. Its loops are plain, and are compiled for each instruction set.
+struct Conversion<'p> {
+    pixels: &'p [[u8; 3]],
+    width: usize,
+    chroma: Chroma,
+    planes: &'p mut Planes,
+}
+
+impl Kernel for Conversion<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<V: Simd>(self, _: V) {
+        let Self { pixels, width, chroma, planes: Planes { codes, column_sums } } = self;
+        let samples = match chroma {
+            Chroma::Full => pixels.len(),
+            Chroma::Shared => width.div_ceil(2) * (pixels.len() / width).div_ceil(2),
+        };
+        let [luma, blue, red] = codes;
+        luma.resize(pixels.len(), 0);
+        blue.resize(samples, 0);
+        red.resize(samples, 0);
+
+        for (code, pixel) in luma.iter_mut().zip(pixels) {
+            *code = luma_code(pixel);
         }
-        let [cb, cr] = chroma_codes(sum, count);
-        blue.push(cb);
-        red.push(cr);
+
+        match chroma {
+            Chroma::Full => {
+                for ((blue, red), pixel) in blue.iter_mut().zip(red).zip(pixels) {
+                    [*blue, *red] = chroma_codes::<1>([pixel[0].into(), pixel[1].into(), pixel[2].into()]);
+                }
+            }
+            Chroma::Shared => {
+                column_sums.resize(width, [0; 3]);
+                let samples = blue.chunks_mut(width.div_ceil(2)).zip(red.chunks_mut(width.div_ceil(2)));
+                for (rows, (blue, red)) in pixels.chunks(2 * width).zip(samples) {
+                    shared_chroma(rows, column_sums, [blue, red]);
+                }
+            }
+        }
     }
 }
 
-fn luma_code(pixel: [u8; 3]) -> u8 {
-    let scaled = 219 * weighted(pixel.map(i64::from));
-    (16 + rounded(scaled, 255 * 10_000)) as u8
+/// Chroma of one or two rows of as many pixels as `sums` has columns.
+#[inline(always)]
+fn shared_chroma(rows: &[[u8; 3]], sums: &mut [[u32; 3]], [blue, red]: [&mut [u8]; 2]) {
+    let (upper, lower) = rows.split_at(sums.len());
+    if lower.is_empty() {
+        for (sum, pixel) in sums.iter_mut().zip(upper) {
+            *sum = [pixel[0].into(), pixel[1].into(), pixel[2].into()];
+        }
+        return mean_chroma::<2, 1>(sums, [blue, red]);
+    }
+
+    for ((sum, upper), lower) in sums.iter_mut().zip(upper).zip(lower) {
+        *sum = [0, 0, 0];
+        for channel in 0..3 {
+            sum[channel] = u32::from(upper[channel]) + u32::from(lower[channel]);
+        }
+    }
+    mean_chroma::<4, 2>(sums, [blue, red]);
 }
 
-/// Cb and Cr of the mean of `count` pixels whose codes add up to `sum`.
-fn chroma_codes(sum: [i64; 3], count: i64) -> [u8; 2] {
+/// Chroma of the means of two columns each, which are `PIXELS`, and of the last one of an odd number, which is of `LAST`.
+#[inline(always)]
+fn mean_chroma<const PIXELS: u32, const LAST: u32>(sums: &[[u32; 3]], [blue, red]: [&mut [u8]; 2]) {
+    let (pairs, last) = sums.as_chunks::<2>();
+    for ((blue, red), [one, other]) in blue.iter_mut().zip(red.iter_mut()).zip(pairs) {
+        let sum = [one[0] + other[0], one[1] + other[1], one[2] + other[2]];
+        [*blue, *red] = chroma_codes::<PIXELS>(sum);
+    }
+    if let ([sum], Some(blue), Some(red)) = (last, blue.last_mut(), red.last_mut()) {
+        [*blue, *red] = chroma_codes::<LAST>(*sum);
+    }
+}
+
+#[inline(always)]
+fn luma_code(pixel: &[u8; 3]) -> u8 {
+    // 219 and 255 · 10000 by their common factor, twice for rounding, and 16 more.
+    const UNIT: u32 = 1_700_000;
+    let weighted = weighted([pixel[0].into(), pixel[1].into(), pixel[2].into()]);
+    ((146 * weighted + UNIT / 2 + 16 * UNIT) / UNIT) as u8
+}
+
+/// Cb and Cr of the mean of so many pixels, up to 4, whose codes add up to `sum`.
+#[inline(always)]
+fn chroma_codes<const PIXELS: u32>(sum: [u32; 3]) -> [u8; 2] {
     let luma = weighted(sum);
-    let code = |part: i64, weight: i64| {
-        let scaled = 224 * (10_000 * part - luma);
-        (128 + rounded(scaled, 255 * 2 * (10_000 - weight) * count)) as u8
-    };
-    [code(sum[2], 722), code(sum[0], 2126)]
+    [chroma_code(sum[2], luma, 4639 * PIXELS), chroma_code(sum[0], luma, 3937 * PIXELS)]
 }
 
-fn weighted([red, green, blue]: [i64; 3]) -> i64 {
+/// Code of a part of light against the luma of the same pixels; `rest` is half of what the weights of the other parts add up to, times the pixels.
+#[inline(always)]
+fn chroma_code(part: u32, luma: u32, rest: u32) -> u8 {
+    // 224 and 255 · 2 · 2 `rest` by their common factor, twice for rounding; what 128 adds makes all of it positive.
+    let unit = 2 * 255 * rest;
+    let positive = 128 * unit + unit / 2 + 2 * 56 * 10_000 * part;
+    ((positive - 2 * 56 * luma) / unit) as u8
+}
+
+#[inline(always)]
+fn weighted([red, green, blue]: [u32; 3]) -> u32 {
     2126 * red + 7152 * green + 722 * blue
-}
-
-/// `numerator / denominator` to the nearest integer, halves up; `denominator` > 0.
-fn rounded(numerator: i64, denominator: i64) -> i64 {
-    (2 * numerator + denominator).div_euclid(2 * denominator)
 }
 
 fn plain(error: y4m::Error) -> io::Error {
@@ -222,10 +274,57 @@ mod tests {
     fn every_code_is_in_range_and_near_the_real_formula() {
         for step in 0..17 * 17 * 17 {
             let pixel = [step % 17, step / 17 % 17, step / 289].map(|part: u32| (part * 15) as u8);
-            let [cb, cr] = chroma_codes(pixel.map(i64::from), 1);
-            for (code, exact) in [luma_code(pixel), cb, cr].into_iter().zip(exact(pixel.map(f64::from))) {
-                assert!((f64::from(code) - exact).abs() <= 0.5 + 1e-9, "{pixel:?}: {code} {exact}");
-                assert!((16..=240).contains(&code));
+            let codes = pixel.map(f64::from);
+            let all = |pixels: u32| pixel.map(|code| pixels * u32::from(code));
+            for [cb, cr] in [chroma_codes::<1>(all(1)), chroma_codes::<2>(all(2)), chroma_codes::<4>(all(4))]
+            {
+                for (code, exact) in [luma_code(&pixel), cb, cr].into_iter().zip(exact(codes)) {
+                    assert!((f64::from(code) - exact).abs() <= 0.5 + 1e-9, "{pixel:?}: {code} {exact}");
+                    assert!((16..=240).contains(&code));
+                }
+            }
+        }
+    }
+
+    /// Codes by the module's formulas as they stand, in 64 bits, halves rounded up.
+    fn as_written(sum: [i64; 3], count: i64) -> [u8; 3] {
+        let rounded =
+            |numerator: i64, denominator: i64| (2 * numerator + denominator).div_euclid(2 * denominator);
+        let luma = 2126 * sum[0] + 7152 * sum[1] + 722 * sum[2];
+        let chroma = |part: i64, weight: i64| {
+            128 + rounded(224 * (10_000 * part - luma), 255 * 2 * (10_000 - weight) * count)
+        };
+        let luma = 16 + rounded(219 * luma, 255 * 10_000 * count);
+        [luma, chroma(sum[2], 722), chroma(sum[0], 2126)].map(|code| code as u8)
+    }
+
+    proptest::proptest! {
+        #[test]
+        fn frames_are_as_the_formulas_say(
+            size in (1_usize..40, 1_usize..6),
+            bytes in proptest::collection::vec(proptest::num::u8::ANY, 40 * 6 * 3),
+        ) {
+            let (width, height) = size;
+            let frame = &bytes[..3 * width * height];
+            let size = Size { width: width as u32, height: height as u32 };
+            let (pixels, _) = frame.as_chunks::<3>();
+            let full = &planes(&stream(size, "25", Chroma::Full, &[frame.to_vec()]))[0];
+            let shared = &planes(&stream(size, "25", Chroma::Shared, &[frame.to_vec()]))[0];
+            assert_eq!(full[0], shared[0]);
+            for (index, pixel) in pixels.iter().enumerate() {
+                assert_eq!([0, 1, 2].map(|plane| full[plane][index]), as_written(pixel.map(i64::from), 1));
+            }
+
+            for (index, (&cb, &cr)) in shared[1].iter().zip(&shared[2]).enumerate() {
+                let (column, row) = (2 * (index % width.div_ceil(2)), 2 * (index / width.div_ceil(2)));
+                let (mut sum, mut count) = ([0; 3], 0);
+                for y in row..(row + 2).min(height) {
+                    for pixel in &pixels[y * width + column..y * width + (column + 2).min(width)] {
+                        sum.iter_mut().zip(pixel).for_each(|(sum, &code)| *sum += i64::from(code));
+                        count += 1;
+                    }
+                }
+                assert_eq!([cb, cr], as_written(sum, count)[1..]);
             }
         }
     }
