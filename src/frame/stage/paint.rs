@@ -128,12 +128,10 @@ impl<V: Simd, const FOG_OR_GLOW: bool> Painted<'_, '_, '_, V, FOG_OR_GLOW> {
     #[inline(always)]
     fn between(&mut self, segment: &VisibleSegment, place: &TexelPlace, inverse: V::F) -> Result<[V::F; 3]> {
         let (at, share) = between_lines(self.simd, &segment.line, (inverse * self.depth).recip());
-        let before = match self.crossings.beside(place, -self.forward) {
+        let line = image_line(&segment.line);
+        let before = match self.crossings.beside(place, &line, -self.forward) {
             Some(before) => before,
-            None => {
-                let line = image_line(&segment.line);
-                self.crossings.seek(ImageLine { index: line.index - self.forward, ..line })?
-            }
+            None => self.crossings.seek(ImageLine { index: line.index - self.forward, ..line })?,
         };
         let before = self.crossings.sample_at(&before, at);
         let mut colour = self.crossings.sample_at(place, at);

@@ -1,4 +1,4 @@
-//! The surface along all lines of a block, and the march over those that nothing special is near: most of them.
+//! The surface along all lines of a block, and the march over those that no void and no edge is near: most of them.
 //!
 //! ```text
 //! slopes of all lines                                       reads that wait for nothing overlap

@@ -270,6 +270,31 @@ mod tests {
     }
 
     #[test]
+    fn lines_between_are_those_that_a_stride_left_out() {
+        for number in 0..2000_i64 {
+            let (lines, forward) = ([2, 4][number as usize % 2], [1.0, -1.0][number as usize / 2 % 2]);
+            let parts = [2, lines][number as usize / 4 % 2];
+            let stride =
+                Stride { from: 0.0, level: (number % 3) as u8, lines: lines as u32, stands_in: false };
+            let mut way = Way::new(7000.0, forward, 20_000, (number % 17) as f64 * 31.3);
+            let block = way.next(stride, 0.0).unwrap();
+            let line = block.first + block.step * (block.count - 1);
+            let distance = |line| way.distance(stride.level, line);
+            let reached = (distance(line)
+                - (number % 13) as f64 * 0.37 * (distance(line) - distance(line - block.step)))
+                as f32;
+
+            let step = block.step / parts;
+            let missed: Vec<i64> = (1..parts).rev().map(|part| line - step * part).collect();
+            let missed: Vec<i64> =
+                missed.into_iter().filter(|&line| distance(line) > f64::from(reached)).collect();
+            let LinesBetween { first, step, count } = way.between(&block, line, parts, reached);
+            let between: Vec<i64> = (0..count).map(|part| first + part * step).collect();
+            assert_eq!(between, missed, "{number}");
+        }
+    }
+
+    #[test]
     fn blocks_that_are_passed_at_once_are_those_that_come_one_by_one() {
         for number in 0..2000_i64 {
             let (level, lines) = ((number % 4) as u8, [1, 2, 4][number as usize % 3]);

@@ -14,6 +14,8 @@
 //! Texels are three times 10 bits of the root of radiance: fine in the dark, and up to
 //! 2.25 times display white.
 
+#[cfg(test)]
+mod beside_tests;
 mod cache;
 #[cfg(test)]
 mod cache_tests;

@@ -189,18 +189,20 @@ impl<V: Simd> Crossings<'_, '_, V> {
         }
     }
 
-    /// Finds the line `step` (1 or −1) lines after the one at a place, where the same images hold both and registers their texels; `None`: it is to be
+    /// Finds the line `step` (1 or −1) lines after one that is at a place, where the same images hold both and registers their texels; `None`: it is to be
     /// [sought](Self::seek).
     #[inline(always)]
-    pub fn beside(&self, place: &TexelPlace, step: i64) -> Option<TexelPlace> {
+    pub fn beside(&self, place: &TexelPlace, line: &ImageLine, step: i64) -> Option<TexelPlace> {
         let run = self.runs.get(place.run as usize).filter(|run| run.span == 0 && place.start != FAR)?;
         let image = run.images[0].as_ref()?;
-        let within = i64::from(place.within) + step;
-        let [here, there] =
-            [i64::from(place.within), within].each(|line| image.start_of(line as usize) as i64);
-        let start = i64::from(place.start) + there - here;
+        let here = line.index - run.first_line;
+        let within = here + step;
+        // Beside what stands in for a line lies none of those beside it.
+        let is_own = run.level == line.level && here == i64::from(place.within);
+        let [begin, beside] = [here, within].each(|line| image.start_of(line as usize) as i64);
+        let start = i64::from(place.start) + beside - begin;
         let last = image.texels.len() as i64 - 2 * LANES as i64;
-        let is_there = (0..run.lines as i64).contains(&within) && (0..=last).contains(&start);
+        let is_there = is_own && (0..run.lines as i64).contains(&within) && (0..=last).contains(&start);
         is_there.then_some(TexelPlace { within: within as u32, start: start as u32, ..*place })
     }
 
