@@ -6,6 +6,7 @@ use super::blocks::{LineBlock, Way};
 use super::bounds::highest_code;
 use super::ground::PlaneGround;
 use super::lines::{LinePosts, Lines};
+use super::march_field::MarchField;
 use super::profile::{NO_SLOPE, Post};
 use super::steep::SteepRise;
 use super::strides::Stride;
@@ -21,34 +22,11 @@ const NEAR: f64 = 48.0;
 /// Least major distance of a post, units.
 pub(super) const LEAST_DISTANCE: f32 = 1.0e-6;
 
-/// Share of the way to the ceiling that is passed over: the rest is for rounding.
-const UNDER_CEILING: f32 = 0.999;
-
 /// Voxels along a block whose bounds are looked at, at most.
 pub(super) const MOST_VOXELS: i64 = 4;
 
 /// Lines of a block, at most.
 pub(super) const MOST_LINES: usize = 16;
-
-/// Field that a march is to see.
-#[derive(Debug, Clone, Copy)]
-pub struct MarchField {
-    /// Tangents of elevation of the lower edge of the lowest row and of the upper edge of the highest.
-    pub tangents: [f32; 2],
-    /// Least height of a row, as tangent, and as angle, radians.
-    pub row: [f32; 2],
-    /// Factor of closeness at which the surface is looked at where it is steep, > 0.
-    pub detail: f32,
-}
-
-impl MarchField {
-    /// Major distance up to which all rays of `group` are higher than `ceiling`, metres above the eye; 0 where they are not.
-    pub(super) fn begin(&self, group: &PlaneGroup, ceiling: f64) -> f32 {
-        let falls = group.depth.iter().fold(0.0_f32, |a, &b| a.max(b)) * -self.tangents[0];
-        let begin = if falls > 0.0 { -ceiling as f32 / falls } else { 0.0 };
-        (begin * UNDER_CEILING).max(0.0)
-    }
-}
 
 /// Marches groups of planes through one database.
 pub struct PlaneMarch<'a> {

@@ -1,6 +1,6 @@
 //! Rises over which a stretch between two lines is too steep to be straight.
 
-use super::march::MarchField;
+use super::march_field::MarchField;
 use crate::simd::{Each, Floats, Mask, Simd};
 
 /// Most parts of a steep stretch.
