@@ -1,20 +1,14 @@
 //! Advance from line to line: posts that come into sight, and lines that must be read more densely.
 
 use super::blocks::{LineBlock, LinesBetween};
-use super::cell_way::CellWay;
+use super::cell_way::{CellWay, MOST_NEAR_PARTS, near_parts};
 use super::ground::PlaneGround;
 use super::lines::Lines;
 use super::march::Planes;
 use super::profile::{Post, ProfileEnd, SampleLine};
 use super::strides::Stride;
 use crate::simd::{Floats, Mask, Simd};
-use crate::voxel::Grid;
 use hedgehop_base::error::Result;
-
-/// Parts of a near stretch, times its distance in lines; the error falls with their square.
-pub(super) const NEAR_PARTS: f32 = 64.0;
-/// Most parts of a stretch between lines, near or steep.
-pub(super) const MOST_NEAR_PARTS: f32 = 16.0;
 
 /// An advance past posts with neither rim nor edge about, into the end of a profile.
 pub(super) struct PlainAdvance<'p, V: Simd> {
@@ -159,15 +153,14 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
     /// Follows the bilinear surface from the last line to the next one.
     #[inline(always)]
     fn follow(&mut self, lines: &Lines<'a>, post: &Post<V>, steep: bool, rim: bool) {
-        let (simd, to) = (self.simd, post.line.distance);
-        let side = Grid::side_units(post.line.level) as f32;
-        let mut parts = (NEAR_PARTS * side / to).clamp(1.0, MOST_NEAR_PARTS);
+        let simd = self.simd;
+        let mut parts = near_parts(post.line.level, post.line.distance);
         if steep {
             parts = parts.max(self.steep.parts(simd, self.stretch(post)));
         }
 
         // Planes leave the area, and enter it, at distances that all have in common: horizons are found by many parts.
-        let at_edge = self.is_at_edge(to);
+        let at_edge = self.is_at_edge(post.line.distance);
         if at_edge {
             parts = MOST_NEAR_PARTS;
         }

@@ -11,7 +11,7 @@
 
 use super::advance::PlainAdvance;
 use super::blocks::{LineBlock, Way};
-use super::cell_way::CellWay;
+use super::cell_way::{CellWay, near_parts};
 use super::lines::Lines;
 use super::march::{MOST_LINES, Planes};
 use super::profile::{NO_SLOPE, Post, SampleLine};
@@ -178,7 +178,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
                 let stretch = [advance.horizon.max(advance.last), slope];
                 if least.lt(slope - stretch[0]).any() && steep.is_passed(simd, stretch, 1.0) {
                     if every == 1 {
-                        let parts = steep.parts(simd, stretch);
+                        let parts = near_parts(line.level, line.distance).max(steep.parts(simd, stretch));
                         let way = CellWay::new(&ground, lines, advance.reached, line, parts);
                         advance.follow(&ground, lines, &way);
                     } else {

@@ -6,6 +6,18 @@ use super::profile::{Post, SampleLine};
 use crate::simd::{Floats, Mask, Simd};
 use crate::voxel::Grid;
 
+/// Parts of a near stretch, times its distance in lines; the error falls with their square.
+const NEAR_PARTS: f32 = 64.0;
+
+/// Most parts of a near stretch between lines.
+pub(super) const MOST_NEAR_PARTS: f32 = 16.0;
+
+/// Returns the parts of a stretch between lines of a level that ends at a major distance (units), by how near that is.
+#[inline(always)]
+pub(super) fn near_parts(level: u8, distance: f32) -> f32 {
+    (NEAR_PARTS * Grid::side_units(level) as f32 / distance).clamp(1.0, MOST_NEAR_PARTS)
+}
+
 /// A way through cells, in parts.
 pub(super) struct CellWay<V: Simd> {
     /// Line at its end, and major distance at which it begins, units.

@@ -6,8 +6,8 @@
 //! from there to the edge      heights are the last line's, where planes are beside it
 //! ```
 
-use super::advance::{MOST_NEAR_PARTS, NEAR_PARTS};
 use super::blocks::LineBlock;
+use super::cell_way::near_parts;
 use super::lines::Lines;
 use super::march::Planes;
 use super::profile::{NO_SLOPE, Post, SampleLine};
@@ -62,8 +62,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
             parts = MOST_STEEP_PARTS;
         }
         if self.is_near(level) {
-            let side = Grid::side_units(level) as f32;
-            parts = parts.max((NEAR_PARTS * side / to).min(MOST_NEAR_PARTS));
+            parts = parts.max(near_parts(level, to));
         }
         let parts = parts as i32;
         for part in 1..=parts {
