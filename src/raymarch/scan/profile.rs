@@ -208,6 +208,7 @@ impl ProfileEnd<'_> {
     #[inline(always)]
     pub fn add<V: Simd>(&mut self, post: &Post<V>, in_sight: bool) {
         let index = self.count + usize::from(in_sight & !self.is_joined);
+        debug_assert!(index < self.segments.len(), "more posts than there is room for");
         if let Some(segment) = self.segments.get_mut(index) {
             post.slope.store(&mut segment.slope.0);
             post.inverse.store(&mut segment.inverse.0);
