@@ -13,7 +13,7 @@ use hedgehop_base::error::Result;
 /// An advance past posts with neither rim nor edge about, into the end of a profile.
 pub(super) struct PlainAdvance<'p, V: Simd> {
     end: ProfileEnd<'p>,
-    /// Greatest slope, and that at `reached`.
+    /// Greatest slope so far, and the slope at `reached`, as tangents.
     pub horizon: V::F,
     pub last: V::F,
     /// Major distance up to which it has come, units.
@@ -44,7 +44,7 @@ impl<'p, V: Simd> PlainAdvance<'p, V> {
         }
     }
 
-    /// Leaves the posts in the profile; where it has come: `horizon`, `last` and `reached`.
+    /// Leaves the posts in the profile, and returns `horizon`, `last` and `reached`.
     #[inline(always)]
     pub fn finish(self) -> (V::F, V::F, f32) {
         self.end.finish();
@@ -104,7 +104,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
     #[inline(always)]
     fn divide(&mut self, lines: &Lines<'a>, block: &LineBlock, post: &Post<V>, rim: bool) -> Result<i64> {
         let every = i64::from(block.stride.lines);
-        let parts = if rim || self.is_steep(post, 2.0) { every } else { 2 };
+        let parts = if rim { every } else { self.steep.divisions(self.simd, self.stretch(post), every) };
         let between = self.way.between(block, post.line.line, parts, self.reached);
         let apart = between.step.abs();
         if between.count == 0 {
@@ -138,7 +138,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         }
     }
 
-    /// The stretch that planes see before a post: where it comes into sight, and the post.
+    /// Returns the tangents between which planes see the stretch to a post rise.
     #[inline(always)]
     pub(super) fn stretch(&self, post: &Post<V>) -> [V::F; 2] {
         [self.horizon.max(self.last), post.slope]
@@ -175,7 +175,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
             return;
         }
 
-        let end = self.profile.end(way.inner_parts().max(0) as usize);
+        let end = self.profile.end(way.inner_parts() as usize);
         let mut advance = PlainAdvance::<V>::new(end, self.horizon, self.last, self.reached);
         advance.follow(&self.ground, lines, &way);
         (self.horizon, self.last, self.reached) = advance.finish();

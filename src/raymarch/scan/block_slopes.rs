@@ -182,7 +182,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
                         let way = CellWay::new(&ground, lines, advance.reached, line, parts);
                         advance.follow(&ground, lines, &way);
                     } else {
-                        let parts = if steep.is_passed(simd, stretch, 2.0) { every } else { 2 };
+                        let parts = steep.divisions(simd, stretch, every);
                         let between = self.way.between(block, line.line, parts, advance.reached);
                         if between.count > 0 && !lines.have(between.first) {
                             is_left_to_step = true;

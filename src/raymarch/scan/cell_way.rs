@@ -25,13 +25,13 @@ pub(super) struct CellWay<V: Simd> {
     from: f32,
     /// Distance from line to line, units.
     side: f32,
-    /// Shares of the way after which half of its parts end, and how many that are.
+    /// Shares of the way after which half of the parts end, 0 to 1, and how many that are.
     half_way: V::F,
     halves: i32,
 }
 
 impl<V: Simd> CellWay<V> {
-    /// A way of about so many `parts`. Where a plane crosses a column of posts the surface has a crease, which may be a horizon: half of the
+    /// Plans a way of about so many `parts`. Where a plane crosses a column of posts the surface has a crease, which may be a horizon: half of the
     /// parts end there.
     #[inline(always)]
     pub fn new(ground: &PlaneGround<V>, lines: &Lines<'_>, from: f32, line: SampleLine, parts: f32) -> Self {
@@ -43,19 +43,19 @@ impl<V: Simd> CellWay<V> {
         Self { line, from, side: Grid::side_units(line.level) as f32, half_way, halves }
     }
 
-    /// The same in parts that are as long as each other.
+    /// Returns the way in parts that are as long as each other.
     #[inline(always)]
     pub fn even(self, simd: V) -> Self {
         Self { half_way: simd.splat(0.5), ..self }
     }
 
-    /// Number of the parts before the last one.
+    /// Returns the number of parts before the last one.
     #[inline(always)]
     pub fn inner_parts(&self) -> i32 {
-        2 * self.halves - 1
+        (2 * self.halves - 1).max(0)
     }
 
-    /// The bilinear surface at the end of one of its parts, counted from 1.
+    /// Finds the bilinear surface at the end of one of the parts, counted from 1.
     #[inline(always)]
     pub fn post(&self, ground: &PlaneGround<V>, lines: &Lines<'_>, part: i32) -> Post<V> {
         let (simd, SampleLine { level, line, distance: to, .. }) = (ground.simd, self.line);

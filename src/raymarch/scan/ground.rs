@@ -104,7 +104,7 @@ impl<V: Simd> PlaneGround<V> {
         self.drop.neg_mul_add(distance * distance, codes.mul_add(self.scale, self.offset))
     }
 
-    /// The surface along a line, which the processor fetches for the next group of planes, too.
+    /// Finds the surface along a line, which the processor fetches for the next group of planes, too.
     #[inline(always)]
     pub fn line(&self, lines: &Lines<'_>, line: SampleLine) -> Post<V> {
         let at = self.simd.splat(line.distance);
@@ -112,14 +112,14 @@ impl<V: Simd> PlaneGround<V> {
         self.post(self.height(self.codes(lines, line.level, line.line, at), at), line)
     }
 
-    /// The surface at height `z` above the eye along a line.
+    /// Returns the post at height `z` above the eye, metres, on a line.
     #[inline(always)]
     pub fn post(&self, z: V::F, line: SampleLine) -> Post<V> {
         let inverse = self.per_depth * self.simd.splat(1.0 / line.distance.max(f32::MIN_POSITIVE));
         Post { slope: self.slope(z, inverse), inverse, line }
     }
 
-    /// Tangent of the elevation of height `z` above the eye at an inverse depth.
+    /// Returns the tangent of the elevation of height `z` above the eye, metres, at an inverse depth, 1/metres.
     #[inline(always)]
     pub fn slope(&self, z: V::F, inverse: V::F) -> V::F {
         (z * inverse).max(self.simd.splat(NO_SLOPE)).min(self.simd.splat(-NO_SLOPE))

@@ -14,14 +14,14 @@ const STEEP_ANGLE: f32 = 0.0016;
 /// Tangents that a stretch may rise over before the surface between its ends is looked at.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct SteepRise {
-    /// Anywhere.
+    /// Least such rise, at any elevation.
     pub least: f32,
-    /// At level sight, from where it grows as the tangent of an angle does.
+    /// Rise at level sight, from where it grows as the tangent of an angle does.
     level: f32,
 }
 
 impl SteepRise {
-    /// Finds them for a field.
+    /// Finds the tangents for a field.
     pub fn new(field: &MarchField) -> Self {
         let [lowest, highest] = field.tangents;
         let flattest = 0.0_f32.max(lowest).min(highest);
@@ -34,10 +34,16 @@ impl SteepRise {
     #[inline(always)]
     pub fn is_passed<V: Simd>(self, simd: V, [begin, slope]: [V::F; 2], times: f32) -> bool {
         let [least, level] = [self.least, self.level].each(|rise| simd.splat(times * rise));
-        // Of the stretch's tangents the flattest.
+        // The flattest line of sight along the stretch: the limit grows with its tangent.
         let flattest = begin.max(simd.splat(0.0) - slope).max(simd.splat(0.0));
         let steep = least.max((flattest * flattest).mul_add(level, level));
         steep.lt(slope - begin).any()
+    }
+
+    /// Returns the parts that a steep stretch across a stride of `lines` (2 or 4) is divided into by lines that the stride leaves out.
+    #[inline(always)]
+    pub fn divisions<V: Simd>(self, simd: V, stretch: [V::F; 2], lines: i64) -> i64 {
+        if self.is_passed(simd, stretch, 2.0) { lines } else { 2 }
     }
 
     /// Returns the parts of a steep stretch, of which none rises by much more.
