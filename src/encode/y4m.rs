@@ -41,10 +41,12 @@ pub struct Y4mWriter<W: Write> {
     planes: Planes,
 }
 
-/// Codes of a frame: Y, Cb and Cr, and sums of the codes of columns of two rows.
+/// Codes of a frame, and memory for sums.
 #[derive(Default)]
 struct Planes {
+    /// Y, Cb and Cr, each `[row][column]` of its samples.
     codes: [Vec<u8>; 3],
+    /// Red, green and blue codes of one or two rows added up, `[column]`.
     column_sums: Vec<[u32; 3]>,
 }
 

@@ -7,7 +7,7 @@ use super::*;
 use crate::simd::{Floats, Isa, Kernel, LANES, Simd};
 use crate::voxel::PageId;
 
-/// Radiance of sixteen planes.
+/// Radiance of sixteen planes, `[channel][plane]`.
 type PlaneRadiance = [[f32; LANES]; 3];
 
 /// A look at a line beside another.
@@ -19,7 +19,7 @@ struct LookingBeside<'s, 'a> {
 }
 
 impl Kernel for LookingBeside<'_, '_> {
-    /// Its radiance, found beside the other and sought; `None` where it must be sought.
+    /// Radiance of the line, found beside the other and sought; `None` where it must be sought.
     type Output = Option<[PlaneRadiance; 2]>;
 
     #[inline(always)]
