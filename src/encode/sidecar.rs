@@ -10,7 +10,7 @@
 //! `poses.csv` holds nothing that the manifest does not; it is there for spreadsheets and scripts. Nor do the files of
 //! [`poses`](super::poses), which are there for programs of computer vision, if they are asked for, or were before.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
 use std::path::Path;
 
@@ -150,12 +150,22 @@ pub struct FrameRecord {
     /// Sun of the frame, clockwise from grid north and above the horizon, degrees; absent if it stands still.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sun_azimuth_elevation_deg: Option<[f64; 2]>,
-    /// Cost of paging from the delivery of the frame before to that of this one; absent if it was not rendered now.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub paging: Option<Paging>,
-    /// Share of the rays that see ground which is stored more coarsely than they ask for, 0…1; absent if it was not rendered now.
+    /// Share of the rays that see ground which is stored more coarsely than they ask for, 0…1; absent if nobody knows who rendered it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub coarser_share: Option<f64>,
+    /// Cost on the machine that rendered it; absent if nobody knows who did.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cost: Option<FrameCost>,
+}
+
+/// Cost of a frame in the process that rendered it: the one part of a manifest that differs from run to run.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct FrameCost {
+    /// Time from the delivery of the frame before, or from the first frame's begin, to that of this one, seconds.
+    pub wall_s: f64,
+    /// Cost of paging in the same time; absent if its process ended before it told.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub paging: Option<Paging>,
 }
 
 impl FrameRecord {
@@ -188,8 +198,16 @@ impl FrameRecord {
             hfov_deg,
             size_px: [camera.width, camera.height],
             sun_azimuth_elevation_deg: None,
-            paging: None,
             coarser_share: None,
+            cost: None,
+        }
+    }
+
+    /// Takes over what an earlier record of the same file knows and this one does not: its fineness and cost.
+    fn complete_by(&mut self, earlier: &Self) {
+        if self.blake3.is_some() && self.blake3 == earlier.blake3 {
+            self.coarser_share = self.coarser_share.or(earlier.coarser_share);
+            self.cost = self.cost.or(earlier.cost);
         }
     }
 
@@ -278,6 +296,13 @@ impl Manifest {
             let made: BTreeSet<u64> = self.frames.iter().map(|frame| frame.frame).collect();
             let exists = |file: &Option<String>| file.as_ref().is_none_or(|file| folder.join(file).is_file());
             self.damaged_pages.extend(earlier.damaged_pages);
+            let known: BTreeMap<u64, &FrameRecord> =
+                earlier.frames.iter().map(|frame| (frame.frame, frame)).collect();
+            for frame in &mut self.frames {
+                if let Some(earlier) = known.get(&frame.frame) {
+                    frame.complete_by(earlier);
+                }
+            }
             let kept = earlier.frames.into_iter();
             self.frames.extend(kept.filter(|frame| !made.contains(&frame.frame) && exists(&frame.file)));
         }

@@ -83,6 +83,21 @@ fn subsets_of_one_sequence_add_up() {
 }
 
 #[test]
+fn a_frame_that_stays_keeps_what_it_cost() {
+    let (folder, _) = testing::place("");
+    let mut first = run(folder.path(), "clear", &[1, 2]);
+    let cost = Some(FrameCost { wall_s: 0.25, paging: None });
+    for frame in &mut first.frames {
+        (frame.coarser_share, frame.cost) = (Some(0.5), cost);
+    }
+    first.frames[1].blake3 = Some("another file".to_owned());
+    first.write(folder.path()).unwrap();
+    let again = run(folder.path(), "clear", &[1, 2]);
+    assert_eq!((again.frames[0].coarser_share, again.frames[0].cost), (Some(0.5), cost));
+    assert_eq!((again.frames[1].coarser_share, again.frames[1].cost), (None, None), "it is another file now");
+}
+
+#[test]
 fn files_of_poses_go_on_with_their_sequence() {
     use PoseFormat::{Colmap, Transforms, Tum};
     const FILES: [&str; 5] = [

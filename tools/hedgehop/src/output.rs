@@ -10,12 +10,13 @@ use serde_json::Value;
 
 use crate::labels::Labelling;
 use crate::reference;
-use crate::sequence::{Flown, Image, Shot};
+use crate::sequence::{Delivery, Flown, Image, Shot};
 use crate::trust::DamagedPage;
 use hedgehop::colour::srgb8_picture;
 use hedgehop::encode::check::{Existing, existing};
 use hedgehop::encode::sidecar::{
-    DamagedRecord, DatabaseRecord, FlightRecord, FrameRecord, Manifest, PosesRecord, settings_digest,
+    DamagedRecord, DatabaseRecord, FlightRecord, FrameCost, FrameRecord, Manifest, PosesRecord,
+    settings_digest,
 };
 use hedgehop::encode::y4m::{Chroma, Y4mWriter};
 use hedgehop::encode::{FrameInfo, FramePattern, Written, write_frame_on, write_picture};
@@ -106,13 +107,14 @@ impl<'a> Files<'a> {
 
     /// Writes one frame; the workers of `farm` help.
     pub fn write(&self, shot: &Shot, farm: &Farm) -> Result<()> {
-        let (path, info) = (self.path(shot.number), self.info(shot.number));
+        let number = shot.delivery.number;
+        let (path, info) = (self.path(number), self.info(number));
         let written = match (&shot.image, &self.labels) {
             (Image::Picture(picture, camera), _) => write_picture(&path, picture, camera, &info)?,
             (Image::Frame(frame), Some(labels)) => labels.table.write(&path, labels.kind, frame, &info)?,
             (Image::Frame(frame), None) => write_frame_on(farm, &path, frame, &info)?,
         };
-        self.written.lock().unwrap_or_else(PoisonError::into_inner).insert(shot.number, written);
+        self.written.lock().unwrap_or_else(PoisonError::into_inner).insert(number, written);
         Ok(())
     }
 
@@ -137,10 +139,12 @@ impl<'a> Files<'a> {
             .map(|&DamagedPage { id: PageId { level, px, py }, byte }| DamagedRecord { level, px, py, byte })
             .collect();
         for record in &mut manifest.frames {
-            let place = flown.paging.binary_search_by_key(&record.frame, |(number, _)| *number);
-            record.paging = place.ok().map(|place| flown.paging[place].1);
-            let place = flown.rays.binary_search_by_key(&record.frame, |(number, _)| *number);
-            record.coarser_share = place.ok().map(|place| flown.rays[place].1.coarser_share());
+            let place = flown.delivered.binary_search_by_key(&record.frame, |delivery| delivery.number);
+            let Ok(place) = place else { continue };
+            let Delivery { rays, wall, .. } = flown.delivered[place];
+            record.coarser_share = Some(rays.coarser_share());
+            let paging = flown.paging.get(place).map(|(_, paging)| *paging);
+            record.cost = Some(FrameCost { wall_s: wall.as_secs_f64(), paging });
         }
         manifest.write(folder).map(drop)
     }

@@ -8,6 +8,7 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
+use std::time::{Duration, Instant};
 
 use crossbeam::channel::{Receiver, Sender, bounded};
 
@@ -30,10 +31,10 @@ use hedgehop::{Error, Result};
 /// A finished frame on its way to the disk.
 #[derive(Debug)]
 pub struct Shot {
-    /// Absolute number, 1…
-    pub number: u64,
     /// Image that was seen.
     pub image: Image,
+    /// Frame that shows it, and what it cost.
+    pub delivery: Delivery,
 }
 
 /// A frame as it was asked for.
@@ -79,11 +80,23 @@ pub struct Sequence<'a> {
 pub struct Flown {
     /// Numbers of frames that the sink has taken, rising.
     pub finished: Vec<u64>,
-    /// Cost of paging and fineness of the ground of each delivered frame, in order.
+    /// Cost of paging of each delivered frame, in order.
     pub paging: Vec<(u64, Paging)>,
-    pub rays: Vec<(u64, Rays)>,
+    /// Frames that were delivered, in order.
+    pub delivered: Vec<Delivery>,
     /// First error, or that the user asked to stop.
     pub end: Result<()>,
+}
+
+/// Frame that was delivered to whoever writes it.
+#[derive(Debug, Clone, Copy)]
+pub struct Delivery {
+    /// Absolute number, 1…
+    pub number: u64,
+    /// Fineness of the ground in it.
+    pub rays: Rays,
+    /// Time since the delivery before, or since the first frame's begin.
+    pub wall: Duration,
 }
 
 /// Fineness of the ground in a sequence.
@@ -99,8 +112,8 @@ impl Flown {
     /// Returns the number of frames finished, and the fineness of the ground in all that were delivered.
     pub fn summed(&self) -> (usize, Fineness) {
         let mut rays = Rays::default();
-        self.rays.iter().for_each(|(_, seen)| rays += *seen);
-        let shares = self.rays.iter().map(|(number, seen)| (*number, seen.coarser_share()));
+        self.delivered.iter().for_each(|delivery| rays += delivery.rays);
+        let shares = self.delivered.iter().map(|delivery| (delivery.number, delivery.rays.coarser_share()));
         (self.finished.len(), Fineness { rays, coarsest: shares.max_by(|(_, a), (_, b)| a.total_cmp(b)) })
     }
 }
@@ -133,9 +146,9 @@ impl Sequence<'_> {
                 })
                 .collect();
             drop(receiver);
-            let mut rays = Vec::new();
-            let (paging, end) = self.render_ahead(cameras, sender, &failed, &mut rays, observer);
-            let mut flown = Flown { finished: Vec::new(), paging, rays, end };
+            let mut delivered = Vec::new();
+            let (paging, end) = self.render_ahead(cameras, sender, &failed, &mut delivered, observer);
+            let mut flown = Flown { finished: Vec::new(), paging, delivered, end };
 
             for encoder in encoders {
                 let (finished, end) = encoder.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
@@ -160,7 +173,7 @@ impl Sequence<'_> {
         cameras: &[NumberedCamera],
         sender: Sender<Shot>,
         failed: &AtomicBool,
-        rays: &mut Vec<(u64, Rays)>,
+        deliveries: &mut Vec<Delivery>,
         observer: &dyn Observer,
     ) -> (Vec<(u64, Paging)>, Result<()>) {
         let numbers = cameras.iter().map(|frame| frame.number);
@@ -176,7 +189,8 @@ impl Sequence<'_> {
             })
             .collect();
         let planned = if side > 1 { &enlarged } else { cameras };
-        let all = |flying: &Flying<'_>| self.render_all(cameras, flying, sender, failed, rays, observer);
+        let all =
+            |flying: &Flying<'_>| self.render_all(cameras, flying, sender, failed, deliveries, observer);
 
         let flown = if let Some(rate) = self.live {
             let plan = LivePlan::new(self.renderer, self.farm);
@@ -283,20 +297,22 @@ impl Sequence<'_> {
         flying: &Flying<'_>,
         sender: Sender<Shot>,
         failed: &AtomicBool,
-        rays: &mut Vec<(u64, Rays)>,
+        deliveries: &mut Vec<Delivery>,
         observer: &dyn Observer,
     ) -> Result<()> {
         let frames: Vec<_> =
             (0..).zip(cameras).map(|(frame, seen)| (seen.number, (frame, &seen.camera))).collect();
         let batch = Batch { frames: &frames, in_flight: self.in_flight, observer };
         let render = |farm: &Farm, &(frame, camera): &(u32, &Camera)| (flying.look)(farm, frame, camera);
-        let mut delivered = 0;
         let mut live = Live::new(self.pages.paging());
+        let mut before = Instant::now();
 
-        self.farm.fly(&batch, render, |number, (image, seen)| {
-            rays.push((number, seen));
-            (flying.deliver)(delivered);
-            delivered += 1;
+        self.farm.fly(&batch, render, |number, (image, rays)| {
+            (flying.deliver)(deliveries.len() as u32);
+            let now = Instant::now();
+            let delivery = Delivery { number, rays, wall: now - before };
+            before = now;
+            deliveries.push(delivery);
             if self.stats
                 && let Some(text) = live.deliver(number, || self.pages.paging())
             {
@@ -309,7 +325,7 @@ impl Sequence<'_> {
                 return Err(stopped());
             }
 
-            sender.send(Shot { number, image }).map_err(|_| stopped())
+            sender.send(Shot { image, delivery }).map_err(|_| stopped())
         })
     }
 
@@ -330,7 +346,7 @@ impl Sequence<'_> {
             if let Image::Picture(picture, _) = shot.image {
                 self.renderer.recycle(picture);
             }
-            finished.push(shot.number);
+            finished.push(shot.delivery.number);
             observer.advance(1);
         }
         (finished, Ok(()))

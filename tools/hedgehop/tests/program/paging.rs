@@ -76,11 +76,12 @@ fn a_plan_tells_what_the_flight_then_reads() {
     assert_eq!(plan["by_frame"].as_array().map(Vec::len), Some(frames.len()));
 
     // Pages that the path's heights above ground were read from are there before the first frame.
-    let read: u64 = frames.iter().map(|frame| frame["paging"]["bytes_read"].as_u64().expect("bytes")).sum();
+    let read: u64 =
+        frames.iter().map(|frame| frame["cost"]["paging"]["bytes_read"].as_u64().expect("bytes")).sum();
     let needed = plan["flight_bytes"].as_u64().expect("bytes");
     assert!(read > needed / 4 && read <= needed, "{read} of {needed}");
     let misses: u64 =
-        frames.iter().map(|frame| frame["paging"]["demand_misses"].as_u64().expect("count")).sum();
+        frames.iter().map(|frame| frame["cost"]["paging"]["demand_misses"].as_u64().expect("count")).sum();
     assert_eq!(misses, 0);
     for map in ["plan.svg", "flown.svg"] {
         let svg = fs::read_to_string(site.path(map)).expect("the map is there");
@@ -132,8 +133,8 @@ fn a_preloaded_database_is_read_once_and_before() {
     assert!(rendered.status.success(), "{}", said(&rendered));
     let frames = site.json("frames/manifest.json");
     for frame in frames["frames"].as_array().expect("frames") {
-        assert_eq!(frame["paging"]["pages_read"].as_u64(), Some(0), "{frame}");
-        assert_eq!(frame["paging"]["demand_misses"].as_u64(), Some(0), "{frame}");
+        assert_eq!(frame["cost"]["paging"]["pages_read"].as_u64(), Some(0), "{frame}");
+        assert_eq!(frame["cost"]["paging"]["demand_misses"].as_u64(), Some(0), "{frame}");
     }
 }
 
@@ -169,10 +170,10 @@ fn frames_that_never_wait_say_how_much_was_late() {
     let shares: Vec<f64> = frames.iter().map(|f| f["coarser_share"].as_f64().expect("a share")).collect();
     assert!(shares[0] > 0.0 && shares.iter().all(|share| (0.0..=1.0).contains(share)), "{shares:?}");
     for count in ["demand_misses", "demand_waits", "demand_wait_ns", "frame_wait_ns"] {
-        assert!(frames.iter().all(|frame| frame["paging"][count] == 0), "{count}: {told}");
+        assert!(frames.iter().all(|frame| frame["cost"]["paging"][count] == 0), "{count}: {told}");
     }
 
-    let late = frames.iter().map(|frame| frame["paging"]["pages_late"].as_u64().expect("pages"));
+    let late = frames.iter().map(|frame| frame["cost"]["paging"]["pages_late"].as_u64().expect("pages"));
     assert!(late.sum::<u64>() > 0, "{told}");
 }
 
