@@ -251,6 +251,12 @@ impl Manifest {
         }
     }
 
+    /// Returns what the frames are made of, without any of them.
+    #[must_use]
+    pub fn without_frames(self) -> Self {
+        Self { damaged_pages: Vec::new(), frames: Vec::new(), ..self }
+    }
+
     /// Reads the manifest of `folder`; `None` where there is none.
     pub fn read(folder: &Path) -> Result<Option<Self>> {
         let path = folder.join(MANIFEST);

@@ -19,7 +19,7 @@ use memmap2::Mmap;
 
 use super::guard::Watch;
 use crate::voxel::{
-    BoundsView, Directory, FileBytes, Header, HeightsView, PageId, PageSource, PageStore, PageView,
+    BoundsView, Directory, FileBytes, Header, HeightsView, PageId, PagePart, PageSource, PageStore, PageView,
     SpansView, Touched, Trust, VerifyReport, open_to_read, verify,
 };
 use hedgehop_base::error::{Error, Result};
@@ -171,6 +171,26 @@ impl PageFile {
     /// Checks the whole database; see [`verify`].
     pub fn verify(&self, observer: &dyn Observer) -> Result<VerifyReport> {
         verify(&self.store, observer)
+    }
+
+    /// Reads these parts of pages and compares their checksums.
+    ///
+    /// # Errors
+    /// A page that is damaged; an interruption.
+    pub fn check(&self, parts: &[PagePart], observer: &dyn Observer) -> Result<()> {
+        /// Parts that are asked for together.
+        const TOGETHER: usize = 64;
+        observer.begin("check", parts.len() as u64, "parts of pages");
+        for together in parts.chunks(TOGETHER) {
+            if observer.cancelled() {
+                return Err(Error::Interrupted("the database was not checked to its end".into()));
+            }
+            together.iter().for_each(|part| self.store.announce(self.store.stretch(*part)));
+            together.iter().try_for_each(|part| self.store.load(*part).map(drop))?;
+            observer.advance(together.len() as u64);
+        }
+        observer.end();
+        self.intact()
     }
 
     /// Returns the pages, and where they lie.

@@ -38,6 +38,9 @@ pub enum Error {
     /// Options that contradict each other or the data; the sentence names the flag.
     #[error("{0}")]
     Configuration(String),
+    /// Work was planned for something else than what is here: another database, program or setting.
+    #[error("{0}")]
+    Mismatch(String),
     /// The user asked to stop; everything finished so far is whole.
     #[error("interrupted; {0}")]
     Interrupted(String),

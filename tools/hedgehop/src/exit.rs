@@ -16,8 +16,10 @@ pub const INVALID: u8 = 3;
 pub const UNSUPPORTED: u8 = 4;
 /// The operating system refused: file missing, no permission, disk full.
 pub const IO: u8 = 5;
-/// `verify` or `continuity` found problems.
+/// `verify`, `verify-frames` or `continuity` found problems, or frames of a job are missing.
 pub const PROBLEMS: u8 = 6;
+/// A worker of a farm has another database, program or setting than its job.
+pub const MISMATCH: u8 = 7;
 /// Stopped by Ctrl-C or a termination request.
 pub const INTERRUPTED: u8 = 130;
 /// The reader of standard output went away (as a shell reports it).
@@ -32,7 +34,8 @@ Exit codes:
   3    an input file is damaged or makes no sense
   4    an input file cannot be read as it is; the message says which flag or command helps
   5    the operating system refused: file missing, no permission, disk full or failed, database changed in use
-  6    verify or continuity found problems
+  6    verify, verify-frames or continuity found problems, or frames of a farm's job are missing
+  7    a worker of a farm has another database, program, flight or setting than its job
   101  a bug in hedgehop
   130  interrupted; what is finished is whole
   141  the reader of standard output went away";
@@ -42,7 +45,7 @@ Exit codes:
 pub enum Failure {
     /// The library, or a check of this program, says why.
     Error(Error),
-    /// `verify` or `continuity` found problems and has listed them.
+    /// Problems were found, and have been listed.
     Problems,
     /// Failure that no other kind describes.
     Unforeseen(String),
@@ -67,6 +70,7 @@ impl Failure {
             Self::Error(Error::Unsupported { .. }) => UNSUPPORTED,
             Self::Error(Error::Configuration(_)) => USAGE,
             Self::Error(Error::Interrupted(_)) => INTERRUPTED,
+            Self::Error(Error::Mismatch(_)) => MISMATCH,
             Self::Error(_) | Self::Unforeseen(_) => UNFORESEEN,
         }
     }
@@ -137,7 +141,9 @@ mod tests {
 
     #[test]
     fn the_help_names_every_code() {
-        for code in [UNFORESEEN, USAGE, INVALID, UNSUPPORTED, IO, PROBLEMS, INTERRUPTED, PIPE_CLOSED] {
+        for code in
+            [UNFORESEEN, USAGE, INVALID, UNSUPPORTED, IO, PROBLEMS, MISMATCH, INTERRUPTED, PIPE_CLOSED]
+        {
             let named = HELP.lines().any(|line| line.split_whitespace().next() == Some(&code.to_string()));
             assert!(named, "{code} is not explained");
         }

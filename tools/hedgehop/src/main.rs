@@ -13,6 +13,7 @@ mod degrees;
 mod difference;
 mod drawing;
 mod exit;
+mod farm;
 mod faults;
 mod figures;
 mod film;
@@ -59,9 +60,9 @@ use std::process::ExitCode;
 use clap::{CommandFactory, Parser, Subcommand};
 
 use crate::commands::{
-    bake, bench, build, compare, contact_sheet as sheet, continuity, contours, demo, extract, height,
-    hillshade, info, manual, merge, overview, plan, profile, recipe, render, scene as scenes, shadow_heights,
-    sight, verify,
+    bake, bench, build, compare, contact_sheet as sheet, continuity, contours, demo, extract, farm as farms,
+    height, hillshade, info, manual, merge, overview, plan, profile, recipe, render, scene as scenes,
+    shadow_heights, sight, verify,
 };
 use crate::interrupt::Interrupt;
 use hedgehop::memory::guard_mapped_files;
@@ -92,6 +93,7 @@ enum Command {
     Bake(bake::BakeArgs),
     Render(Box<render::RenderArgs>),
     Plan(plan::PlanArgs),
+    Farm(farms::FarmArgs),
     Info(info::InfoArgs),
     Continuity(continuity::ContinuityArgs),
     Contours(contours::ContoursArgs),
@@ -125,6 +127,7 @@ fn main() -> ExitCode {
         Command::Bake(args) => bake::run(args, &interrupt),
         Command::Render(args) => render::run(args, &interrupt),
         Command::Plan(args) => plan::run(args, &interrupt),
+        Command::Farm(args) => farms::run(args, &interrupt),
         Command::Info(args) => info::run(args),
         Command::Continuity(args) => continuity::run(args, &interrupt),
         Command::Contours(args) => contours::run(args, &interrupt),

@@ -130,6 +130,11 @@ impl Memory {
         Self { memory: Some(bytes), preload: false }
     }
 
+    /// Returns the bytes to get along with; `None`: there is no limit.
+    pub fn bytes(self) -> Option<u64> {
+        self.memory
+    }
+
     /// Loads the database if that was asked for.
     ///
     /// # Errors

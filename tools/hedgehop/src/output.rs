@@ -60,14 +60,18 @@ pub struct Files<'a> {
     /// Labels that they hold instead of pictures, if they do.
     labels: Option<Labelling>,
     digest: String,
+    /// From the database's reference system to degrees; `None` of a local one.
+    degrees: Option<Transform>,
     written: Mutex<BTreeMap<u64, Written>>,
 }
 
 impl<'a> Files<'a> {
     /// Files named by `pattern`.
-    pub fn new(origin: Origin<'a>, pattern: &'a FramePattern, labels: Option<Labelling>) -> Self {
+    pub fn new(origin: Origin<'a>, pattern: &'a FramePattern, labels: Option<Labelling>) -> Result<Self> {
         let digest = settings_digest(&origin.settings);
-        Self { origin, pattern, labels, digest, written: Mutex::default() }
+        let crs = reference::crs(origin.header)?;
+        let degrees = if crs.is_local() { None } else { Some(Transform::new(&crs, &Crs::wgs84())?) };
+        Ok(Self { origin, pattern, labels, digest, degrees, written: Mutex::default() })
     }
 
     /// The file of frame `number`.
@@ -133,19 +137,11 @@ impl<'a> Files<'a> {
             return Ok(());
         };
         let mut manifest = self.manifest()?;
-        manifest.frames = self.records(existing)?;
+        manifest.frames = self.records(existing, flown)?;
         manifest.damaged_pages = damaged
             .iter()
             .map(|&DamagedPage { id: PageId { level, px, py }, byte }| DamagedRecord { level, px, py, byte })
             .collect();
-        for record in &mut manifest.frames {
-            let place = flown.delivered.binary_search_by_key(&record.frame, |delivery| delivery.number);
-            let Ok(place) = place else { continue };
-            let Delivery { rays, wall, .. } = flown.delivered[place];
-            record.coarser_share = Some(rays.coarser_share());
-            let paging = flown.paging.get(place).map(|(_, paging)| *paging);
-            record.cost = Some(FrameCost { wall_s: wall.as_secs_f64(), paging });
-        }
         manifest.write(folder).map(drop)
     }
 
@@ -167,28 +163,41 @@ impl<'a> Files<'a> {
         Ok(manifest)
     }
 
-    fn records(&self, existing: &[NumberedCamera]) -> Result<Vec<FrameRecord>> {
-        let crs = reference::crs(self.origin.header)?;
-        let degrees = if crs.is_local() { None } else { Some(Transform::new(&crs, &Crs::wgs84())?) };
-        let written = self.written.lock().unwrap_or_else(PoisonError::into_inner);
+    /// Returns the entries of frames whose files are whole, with what those cost that were rendered now.
+    pub fn records(&self, existing: &[NumberedCamera], flown: &Flown) -> Result<Vec<FrameRecord>> {
+        let complete = |frame: &NumberedCamera| {
+            let mut record = self.record(frame)?;
+            let place = flown.delivered.binary_search_by_key(&frame.number, |delivery| delivery.number);
+            if let Ok(place) = place {
+                let Delivery { rays, wall, .. } = flown.delivered[place];
+                let paging = flown.paging.get(place).map(|(_, paging)| *paging);
+                record.coarser_share = Some(rays.coarser_share());
+                record.cost = Some(FrameCost { wall_s: wall.as_secs_f64(), paging });
+            }
+            Ok(record)
+        };
+        existing.iter().map(complete).collect()
+    }
 
-        let record = |&NumberedCamera { number, ref camera, sky }: &NumberedCamera| {
-            let file = self.path(number);
-            let written = match written.get(&number) {
-                Some(written) => written.clone(),
-                None => Written::of(&file)?,
-            };
-            let eye = camera.pose.eye;
-            let lonlat = degrees.as_ref().and_then(|degrees| degrees.apply(eye.x, eye.y));
-
-            let lonlat = lonlat.map(|(longitude, latitude)| [longitude, latitude]);
-            Ok(FrameRecord {
-                sun_azimuth_elevation_deg: sky.map(|Sky { sun, .. }| [sun.azimuth, sun.elevation]),
-                ..FrameRecord::new(&self.info(number), camera, lonlat, Some((&file, &written)))
-            })
+    /// Returns the entry of a frame whose file is whole.
+    pub fn record(
+        &self,
+        &NumberedCamera { number, ref camera, sky }: &NumberedCamera,
+    ) -> Result<FrameRecord> {
+        let file = self.path(number);
+        let known = self.written.lock().unwrap_or_else(PoisonError::into_inner).get(&number).cloned();
+        let written = match known {
+            Some(written) => written,
+            None => Written::of(&file)?,
         };
 
-        existing.iter().map(record).collect()
+        let eye = camera.pose.eye;
+        let lonlat = self.degrees.as_ref().and_then(|degrees| degrees.apply(eye.x, eye.y));
+        let lonlat = lonlat.map(|(longitude, latitude)| [longitude, latitude]);
+        Ok(FrameRecord {
+            sun_azimuth_elevation_deg: sky.map(|Sky { sun, .. }| [sun.azimuth, sun.elevation]),
+            ..FrameRecord::new(&self.info(number), camera, lonlat, Some((&file, &written)))
+        })
     }
 
     fn info(&self, number: u64) -> FrameInfo {

@@ -23,6 +23,9 @@ pub enum Mode {
     Json,
     /// Nothing but notes and errors.
     None,
+    /// Nothing: of work that is part of another.
+    #[value(skip)]
+    Silent,
 }
 
 /// Time between plain lines: seldom enough for a log, often enough to see life.
@@ -65,6 +68,17 @@ impl Reporter {
         interrupt.tell_at_once(move || heard.tell_stopping());
         Self { interrupt: interrupt.clone(), voice }
     }
+
+    /// Returns what it hears interruptions from.
+    pub fn interrupt(&self) -> &Interrupt {
+        &self.interrupt
+    }
+
+    /// Returns another reporter of the same interruptions.
+    pub fn with_mode(&self, mode: Mode) -> Self {
+        let voice = Voice { mode, stopping: AtomicBool::new(false), stage: Mutex::new(None) };
+        Self { interrupt: self.interrupt.clone(), voice: Arc::new(voice) }
+    }
 }
 
 impl Voice {
@@ -90,7 +104,7 @@ impl Voice {
     fn tell(&self, stage: &Stage, event: &str) {
         match self.mode {
             Mode::Json => self.line(None, &stage.json(event).to_string()),
-            Mode::None => {}
+            Mode::None | Mode::Silent => {}
             Mode::Auto | Mode::Plain => self.line(None, &stage.sentence(event)),
         }
     }
@@ -101,6 +115,9 @@ impl Voice {
     }
 
     fn note(&self, text: &str) {
+        if self.mode == Mode::Silent {
+            return;
+        }
         let lock = self.lock();
         if self.mode == Mode::Json {
             self.line(None, &json!({ "event": "note", "text": text }).to_string());

@@ -60,6 +60,11 @@ enum DamagedHow {
 }
 
 impl TrustArgs {
+    /// Whether damaged pages are left out.
+    pub fn leaves_out_damaged(self) -> bool {
+        self.damaged == DamagedHow::Coarser
+    }
+
     /// Converts to the library's type.
     pub fn trust(self) -> Trust {
         let verify = match self.verify {

@@ -49,6 +49,13 @@ pub struct ContactSheetArgs {
     progress: Mode,
 }
 
+impl ContactSheetArgs {
+    /// Asks for the usual sheet of a folder of frames.
+    pub fn of_folder(frames: PathBuf, output: PathBuf, progress: Mode) -> Self {
+        Self { inputs: vec![frames], output, count: 12, columns: 4, width: WIDTH, progress }
+    }
+}
+
 /// Runs the command.
 pub fn run(args: &ContactSheetArgs, interrupt: &Interrupt) -> Outcome {
     let reporter = Reporter::new(args.progress, interrupt);

@@ -10,6 +10,7 @@ use crate::commands::build::Order;
 use crate::commands::render::{self, FilmArgs};
 use crate::contact_sheet::{Entry, WIDTH, sheet, spread};
 use crate::exit::{self, Outcome};
+use crate::farm::work::WorkArgs;
 use crate::finish::FinishArgs;
 use crate::interrupt::Interrupt;
 use crate::labels::LabelArgs;
@@ -188,6 +189,7 @@ fn flight(folder: &Path, area: &Path) -> Result<render::RenderArgs> {
         late: Late::default(),
         stats: false,
         traffic: None,
+        work: WorkArgs::default(),
         poses: PoseArgs::default(),
         labels: LabelArgs::default(),
         aov: AovArgs::default(),

@@ -9,6 +9,7 @@ pub mod continuity;
 pub mod contours;
 pub mod demo;
 pub mod extract;
+pub mod farm;
 pub mod height;
 pub mod hillshade;
 pub mod info;

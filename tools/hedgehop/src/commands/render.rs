@@ -1,15 +1,18 @@
 //! `hedgehop render`: a flight path through a database, or views of it, as frames, a stream or a film.
 
 mod conflicts;
+pub mod cost_samples;
 mod film_args;
 mod filming;
 mod flags;
 mod notes;
 mod replacing;
 mod settings;
+mod survey;
 
 pub use film_args::FilmArgs;
 pub use flags::RenderArgs;
+pub use survey::{Survey, survey};
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -22,6 +25,7 @@ use crate::commands::render::filming::fly_film;
 use crate::commands::render::flags::WORKERS_PER_ENCODER;
 use crate::commands::render::settings::settings;
 use crate::exit::{self, Outcome, STDOUT};
+use crate::farm::work::ChunkWork;
 use crate::finish::{self, Finishing};
 use crate::interrupt::Interrupt;
 use crate::memory::{self, Frames, Late};
@@ -32,7 +36,7 @@ use crate::progress::Reporter;
 use crate::running_sun;
 use crate::scene::{self, Playing};
 use crate::screen::Setup;
-use crate::sequence::{Fineness, Sequence};
+use crate::sequence::{Fineness, Sequence, Shot};
 use crate::titling::{self, FilmTitles};
 use crate::traffic::Traffic;
 use crate::trust::{self, DamagedPage};
@@ -157,7 +161,8 @@ impl FrameRequest {
             Some(Target::Png | Target::Y4m) | None => Product::Picture,
         };
 
-        let film = args.film.settings(args.fps)?;
+        // Workers of a farm leave the film to the end of the job.
+        let film = if args.work.is_worker() { None } else { args.film.settings(args.fps)? };
         film.iter().try_for_each(|film| conflicts::check_film(args, scene.as_ref(), film))?;
         Ok(Self { scene, finish, titling, setup, product, film })
     }
@@ -182,12 +187,14 @@ impl FrameRequest {
 fn bind(
     args: &RenderArgs,
     request: &FrameRequest,
+    work: Option<&ChunkWork>,
     ground: &dyn PageSource,
     reporter: &Reporter,
 ) -> Result<BoundFlight> {
     let FrameRequest { scene, finish, setup, .. } = request;
     let scene = scene.as_ref();
-    let choose = |count| Ok(args.frames.clone().unwrap_or_else(|| FrameSet::all(count)));
+    let chosen = work.map(|work| &work.frames).or(args.frames.as_ref());
+    let choose = |count| Ok(chosen.cloned().unwrap_or_else(|| FrameSet::all(count)));
     let sun = args.look.running_sun(scene)?;
     let film = FilmRequest { file: &args.area, source: ground, setup, fps: args.fps, scene, sun };
     let bound = BoundFlight::bind(&args.flight, &film, choose, reporter)?;
@@ -201,6 +208,23 @@ fn bind(
 
 /// Renders everything that `args` asks for. Frames that are finished when something goes wrong stay, and are listed.
 pub fn fly(args: &RenderArgs, file: PageFile, reporter: &Reporter) -> Result<Done> {
+    let Some(work) = args.work.begin(args.instructions, reporter)? else {
+        return fly_frames(args, file, None, reporter);
+    };
+    let done = fly_frames(args, file, Some(&work), reporter);
+    let told = work.end(done.as_ref().err());
+    // What ended the flight explains more than what then happened to the record of it.
+    let done = done?;
+    told.map(|()| done)
+}
+
+/// Renders the frames that `args` asks for, or those of a chunk.
+fn fly_frames(
+    args: &RenderArgs,
+    file: PageFile,
+    work: Option<&ChunkWork>,
+    reporter: &Reporter,
+) -> Result<Done> {
     let request = FrameRequest::read(args, reporter)?;
     let FrameRequest { finish, titling, setup, product, .. } = &request;
     let farm = Farm::new(args.workers.count())?;
@@ -211,9 +235,9 @@ pub fn fly(args: &RenderArgs, file: PageFile, reporter: &Reporter) -> Result<Don
     let pages = ResidentPages::new(file, shares.map(|shares| shares.pages));
     let source = &pages;
     let flight = match args.late {
-        Late::Wait => bind(args, &request, source, reporter)?,
+        Late::Wait => bind(args, &request, work, source, reporter)?,
         // Ground under the path is not to be in memory because the path is known.
-        Late::Coarser => bind(args, &request, source.file(), reporter)?,
+        Late::Coarser => bind(args, &request, work, source.file(), reporter)?,
     };
     let BoundFlight { motion, playing, cameras, .. } = &flight;
     request.film.iter().try_for_each(|film| film.check_length(cameras.len() as u64))?;
@@ -260,7 +284,7 @@ pub fn fly(args: &RenderArgs, file: PageFile, reporter: &Reporter) -> Result<Don
     };
 
     let Delivered { files, rendered, fineness } =
-        deliver(args, &request, &options, &sequence, cameras, reporter)?;
+        deliver(args, &request, &options, &sequence, work, cameras, reporter)?;
     if let Some(map) = &args.traffic {
         Traffic { header: source.header(), cameras, first_use: &source.first_use() }.write(map)?;
     }
@@ -361,6 +385,7 @@ fn deliver(
     request: &FrameRequest,
     options: &RenderOptions,
     sequence: &Sequence<'_>,
+    work: Option<&ChunkWork>,
     cameras: &[NumberedCamera],
     reporter: &Reporter,
 ) -> Result<Delivered> {
@@ -407,12 +432,18 @@ fn deliver(
     };
 
     let labels = args.labels.labelling(WRITER, &header.metadata, sequence.playing)?;
-    let files = Files::new(origin, output, labels);
+    let files = Files::new(origin, output, labels)?;
     let paths: Vec<_> = cameras.iter().map(|frame| files.path(frame.number)).collect();
     conflicts::check_frames(args, scene, &paths)?;
     let is_listed = replacing::check(args, &files, cameras, reporter)?;
+    if let Some(work) = work {
+        work.check(&files.manifest()?, sequence.renderer, cameras, sequence.pages.file(), reporter)?;
+    }
     files.write_palette()?;
-    let (rendered, fineness) = fly_files(args, sequence, &files, is_listed, cameras, reporter)?;
+    let (rendered, fineness) = match work {
+        Some(work) => fly_chunk(sequence, &files, work, cameras, reporter)?,
+        None => fly_files(args, sequence, &files, is_listed, cameras, reporter)?,
+    };
     Ok(Delivered { files: paths, rendered, fineness })
 }
 
@@ -438,6 +469,30 @@ fn fly_files(
     flown.end?;
     listed?;
     Ok(summed)
+}
+
+/// Renders the frames of a chunk that are not finished yet, and records each. Returns how many were rendered, and how finely.
+fn fly_chunk(
+    sequence: &Sequence<'_>,
+    files: &Files<'_>,
+    work: &ChunkWork,
+    cameras: &[NumberedCamera],
+    reporter: &Reporter,
+) -> Result<(usize, Fineness)> {
+    let is_wanted = |frame: &&NumberedCamera| !work.is_finished(frame.number, &files.path(frame.number));
+    let mut wanted: Vec<_> = cameras.iter().filter(is_wanted).cloned().collect();
+    let write = |shot: &Shot| {
+        files.write(shot, sequence.farm)?;
+        let place = wanted.binary_search_by_key(&shot.delivery.number, |frame| frame.number);
+        place.map_or(Ok(()), |place| work.record(files.record(&wanted[place])?, &shot.delivery))
+    };
+
+    let flown = sequence.fly(&wanted, &write, reporter);
+    let summed = flown.summed();
+    wanted.retain(|frame| flown.finished.binary_search(&frame.number).is_ok());
+    let told = files.records(&wanted, &flown).and_then(|records| work.complete(records));
+    flown.end?;
+    told.map(|()| summed)
 }
 
 /// Renders frames into one stream. Returns how many were rendered, and how finely.

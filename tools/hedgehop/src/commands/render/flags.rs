@@ -6,6 +6,7 @@ use super::film_args::{FilmArgs, PRESET_RATES};
 use crate::aov::AovArgs;
 use crate::args::{Instructions, Overlap, Workers};
 use crate::exit;
+use crate::farm::work::WorkArgs;
 use crate::finish::FinishArgs;
 use crate::labels::LabelArgs;
 use crate::memory::{Late, Memory};
@@ -107,6 +108,9 @@ pub struct RenderArgs {
 
     #[command(flatten)]
     pub film: FilmArgs,
+
+    #[command(flatten)]
+    pub work: WorkArgs,
 
     /// Form of progress on standard error
     #[arg(long, value_enum, value_name = "MODE", default_value = "auto")]

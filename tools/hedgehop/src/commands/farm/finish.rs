@@ -1,0 +1,100 @@
+//! `hedgehop farm finish`: what comes after the last chunk.
+
+use std::path::{Path, PathBuf};
+
+use super::request;
+use crate::commands::contact_sheet::{self, ContactSheetArgs};
+use crate::commands::render;
+use crate::exit::{self, Failure, Outcome};
+use crate::farm::job::FarmJob;
+use crate::farm::parts::ChunkState;
+use crate::frame_ranges::ranges;
+use crate::interrupt::Interrupt;
+use crate::progress::{Mode, Reporter};
+use hedgehop::encode::sidecar::Manifest;
+use hedgehop::memory::PageFile;
+use hedgehop::{Error, Result};
+
+/// List the frames of a job in one manifest, and make its film and contact sheet.
+///
+/// Schedulers run this after the last chunk. It ends with 6 and says which frames are missing if there are any.
+#[derive(Debug, clap::Args)]
+pub struct FinishJobArgs {
+    /// Folder of the job
+    #[arg(value_name = "FRAMES.job")]
+    job: PathBuf,
+
+    /// Form of progress on standard error
+    #[arg(long, value_enum, value_name = "MODE", default_value = "auto")]
+    progress: Mode,
+}
+
+/// Runs the command.
+pub fn run(args: &FinishJobArgs, interrupt: &Interrupt) -> Outcome {
+    let reporter = Reporter::new(args.progress, interrupt);
+    finish(&FarmJob::read(&args.job)?, &args.job, &reporter)
+}
+
+/// Ends a job whose chunks are all done, or says what is missing.
+pub fn finish(job: &FarmJob, place: &Path, reporter: &Reporter) -> Outcome {
+    let states = ChunkState::read_all(place, job.chunks.len())?;
+    let mut missing = Vec::new();
+    let mut text = String::new();
+    for (number, state) in (1..).zip(&states) {
+        let frames = unfinished(job, number, place, state)?;
+        if !frames.is_empty() {
+            let why = state.failure.as_ref().map_or_else(String::new, |failure| format!(": {failure}"));
+            text += &format!("problem: chunk {number} lacks frames {}{why}\n", ranges(&frames));
+            missing.extend(frames);
+        }
+    }
+    if !missing.is_empty() {
+        let place = place.display();
+        text += &format!(
+            "{place}: {} frames are missing; hedgehop farm retry {place} renders them\n",
+            missing.len()
+        );
+        exit::print(&text)?;
+        return Err(Failure::Problems);
+    }
+
+    let mut manifest = job.made_of.clone();
+    manifest.frames = states.into_iter().flat_map(|state| state.records.into_values()).collect();
+    let manifest: Manifest = manifest.write(&job.frames())?;
+    exit::print(&format!(
+        "{}: {} frames, listed in {}\n",
+        place.display(),
+        manifest.frames.len(),
+        job.frames().join(hedgehop::encode::sidecar::MANIFEST).display()
+    ))?;
+
+    // Names of films and sheets count from where the job was submitted.
+    std::env::set_current_dir(&job.folder)
+        .map_err(|error| Error::io(&job.folder, "go into the folder of the job", error))?;
+    make_film(job, reporter)?;
+    if let Some(sheet) = &job.contact_sheet {
+        let frames =
+            if job.frames_folder.as_os_str().is_empty() { ".".into() } else { job.frames_folder.clone() };
+        let sheet = ContactSheetArgs::of_folder(frames, sheet.clone(), Mode::None);
+        contact_sheet::run(&sheet, reporter.interrupt())?;
+    }
+    Ok(())
+}
+
+/// Lists the frames of a chunk that are not finished: they have no record, or no file.
+pub fn unfinished(job: &FarmJob, number: u64, place: &Path, state: &ChunkState) -> Result<Vec<u64>> {
+    let folder = job.frames();
+    let is_there = |number: &u64| {
+        let file = state.records.get(number).and_then(|record| record.file.as_ref());
+        file.is_some_and(|file| folder.join(file).is_file())
+    };
+    Ok(job.chunk(number, place)?.set()?.iter().filter(|number| !is_there(number)).collect())
+}
+
+/// Makes the film that the flags ask for, if they do: of the frames, which are all there.
+fn make_film(job: &FarmJob, reporter: &Reporter) -> Result<()> {
+    let args = request::parse(&job.worker_flags(), "the flags of the job")?;
+    let Some(film) = &args.film.video else { return Ok(()) };
+    render::fly(&args, PageFile::open_trusting(&args.area, args.trust.trust())?, reporter)?;
+    exit::print(&format!("wrote the film {}\n", film.display()))
+}

@@ -1,0 +1,153 @@
+//! `hedgehop farm status`: how far a job is.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+use std::time::SystemTime;
+
+use serde::Serialize;
+
+use super::finish::unfinished;
+use crate::exit::{self, Failure, Outcome};
+use crate::farm::job::FarmJob;
+use crate::farm::parts::{ChunkState, is_locked};
+use crate::frame_ranges::ranges;
+use hedgehop::Result;
+
+/// Say how far a job is, by its files alone.
+#[derive(Debug, clap::Args)]
+pub struct StatusArgs {
+    /// Folder of the job
+    #[arg(value_name = "FRAMES.job")]
+    job: PathBuf,
+
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// Whether somebody is at a chunk.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+enum Stage {
+    /// All of its frames are there.
+    Done,
+    /// A worker holds it.
+    Running,
+    /// Its last try ended with a failure.
+    Failed,
+    /// A try began and never told its end, and nobody is known to be at it: it was killed, or runs where locks are not seen.
+    Open,
+    /// Nobody has begun it.
+    Waiting,
+}
+
+/// A chunk, and how far it is.
+#[derive(Debug, Serialize)]
+struct ChunkReport {
+    chunk: u64,
+    stage: Stage,
+    frames: u64,
+    finished: u64,
+    tries: usize,
+    /// Frames that are missing, as `--frames` takes them.
+    missing: String,
+    failure: Option<String>,
+    predicted_s: f64,
+    /// Time since the last record, seconds; null if there is none.
+    silent_s: Option<f64>,
+}
+
+/// How far a job is.
+#[derive(Debug, Serialize)]
+struct JobReport {
+    job: String,
+    frames: u64,
+    finished: u64,
+    /// Time of a process that the frames which are missing take, as predicted, seconds.
+    left_s: f64,
+    chunks: Vec<ChunkReport>,
+}
+
+/// Runs the command.
+pub fn run(args: &StatusArgs) -> Outcome {
+    let job = FarmJob::read(&args.job)?;
+    let report = report(&job, args)?;
+    let text = if args.json {
+        let json = serde_json::to_value(&report).map_err(|error| Failure::Unforeseen(error.to_string()))?;
+        format!("{json:#}\n")
+    } else {
+        report.text()
+    };
+    Ok(exit::print(&text)?)
+}
+
+fn report(job: &FarmJob, args: &StatusArgs) -> Result<JobReport> {
+    let states = ChunkState::read_all(&args.job, job.chunks.len())?;
+    let mut chunks = Vec::new();
+    for ((number, state), chunk) in (1..).zip(&states).zip(&job.chunks) {
+        let missing = unfinished(job, number, &args.job, state)?;
+        let stage = match (missing.is_empty(), state) {
+            (true, _) => Stage::Done,
+            (false, _) if is_locked(&args.job, number) => Stage::Running,
+            (false, ChunkState { tries: 0, .. }) => Stage::Waiting,
+            (false, ChunkState { failure: Some(_), .. }) => Stage::Failed,
+            (false, _) => Stage::Open,
+        };
+        let silent = state.touched.and_then(|time| SystemTime::now().duration_since(time).ok());
+        chunks.push(ChunkReport {
+            chunk: number,
+            stage,
+            frames: chunk.count,
+            finished: chunk.count.saturating_sub(missing.len() as u64),
+            tries: state.tries,
+            missing: ranges(&missing),
+            failure: state.failure.clone(),
+            predicted_s: chunk.predicted_s,
+            silent_s: silent.map(|time| time.as_secs_f64()),
+        });
+    }
+
+    let left = |chunk: &ChunkReport| {
+        chunk.predicted_s * (chunk.frames - chunk.finished) as f64 / chunk.frames.max(1) as f64
+    };
+    Ok(JobReport {
+        job: args.job.display().to_string(),
+        frames: chunks.iter().map(|chunk| chunk.frames).sum(),
+        finished: chunks.iter().map(|chunk| chunk.finished).sum(),
+        left_s: chunks.iter().map(left).sum(),
+        chunks,
+    })
+}
+
+impl JobReport {
+    fn text(&self) -> String {
+        let count = |stage| self.chunks.iter().filter(|chunk| chunk.stage == stage).count();
+        let mut text = format!(
+            "{}: {} of {} frames; {} chunks: {} done, {} running, {} failed, {} open, {} waiting; {:.0} s of one process left\n",
+            self.job,
+            self.finished,
+            self.frames,
+            self.chunks.len(),
+            count(Stage::Done),
+            count(Stage::Running),
+            count(Stage::Failed),
+            count(Stage::Open),
+            count(Stage::Waiting),
+            self.left_s
+        );
+        for chunk in self.chunks.iter().filter(|chunk| !matches!(chunk.stage, Stage::Done | Stage::Waiting)) {
+            let said = match (chunk.stage, &chunk.failure, chunk.silent_s) {
+                (Stage::Failed, Some(failure), _) => format!("failed: {failure}"),
+                (Stage::Open, _, Some(seconds)) => format!("begun, and silent for {seconds:.0} s"),
+                _ => "running".to_owned(),
+            };
+            // Writing to a String cannot fail.
+            let _ = writeln!(
+                text,
+                "  chunk {}: {} of {} frames, lacks {}, {said}",
+                chunk.chunk, chunk.finished, chunk.frames, chunk.missing
+            );
+        }
+        text
+    }
+}

@@ -1,0 +1,70 @@
+//! Processes that work off a job here: one at a time for each job, and how to ask them to stop.
+
+use std::fs::{File, TryLockError};
+use std::io::Write;
+use std::path::Path;
+use std::process::Child;
+
+use hedgehop::{Error, Result};
+
+const LOCK: &str = "local.lock";
+
+/// Asks a process to stop after the work in hand.
+#[cfg(unix)]
+pub fn ask_to_stop(child: &mut Child) {
+    // It may have ended meanwhile.
+    let _ =
+        rustix::process::kill_process(rustix::process::Pid::from_child(child), rustix::process::Signal::TERM);
+}
+
+/// Asks a process to stop.
+#[cfg(not(unix))]
+pub fn ask_to_stop(child: &mut Child) {
+    let _ = child.kill();
+}
+
+/// Keeps a second process from working off the same job; the file says whose process it is.
+pub fn hold(folder: &Path) -> Result<Option<File>> {
+    let path = folder.join(LOCK);
+    let file = File::options().create(true).truncate(false).write(true).open(&path);
+    let mut file = file.map_err(|error| Error::io(&path, "open it", error))?;
+    match file.try_lock() {
+        Ok(()) => {
+            let text = format!("{}\n", std::process::id());
+            file.set_len(0)
+                .and_then(|()| file.write_all(text.as_bytes()))
+                .map_err(|error| Error::io(&path, "write it", error))?;
+            Ok(Some(file))
+        }
+        Err(TryLockError::WouldBlock) => Err(Error::Configuration(format!(
+            "{} is being worked off already; `hedgehop farm status` tells how far it is, `farm cancel` stops it",
+            folder.display()
+        ))),
+        Err(TryLockError::Error(_)) => Ok(None),
+    }
+}
+
+/// Asks the process that works off a job here to stop; false if there is none.
+pub fn cancel(folder: &Path) -> Result<bool> {
+    let path = folder.join(LOCK);
+    let Ok(file) = File::options().write(true).open(&path) else { return Ok(false) };
+    if !matches!(file.try_lock(), Err(TryLockError::WouldBlock)) {
+        return Ok(false);
+    }
+    let text = std::fs::read_to_string(&path).map_err(|error| Error::io(&path, "read it", error))?;
+    ask_process(text.trim().parse().ok())
+        .map_err(|error| Error::io(&path, "stop the process that it names", error))?;
+    Ok(true)
+}
+
+#[cfg(unix)]
+fn ask_process(number: Option<i32>) -> std::io::Result<()> {
+    let process = number.and_then(rustix::process::Pid::from_raw);
+    let process = process.ok_or_else(|| std::io::Error::other("it names none"))?;
+    Ok(rustix::process::kill_process(process, rustix::process::Signal::TERM)?)
+}
+
+#[cfg(not(unix))]
+fn ask_process(_: Option<i32>) -> std::io::Result<()> {
+    Err(std::io::Error::other("press Ctrl-C where it runs"))
+}

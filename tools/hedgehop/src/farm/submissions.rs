@@ -1,0 +1,57 @@
+//! Records of what was handed out of a job, so that it can be handed out again alike, or stopped.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use super::job;
+use super::scheduler::{Scheduler, Tasks};
+use hedgehop::encode::atomic::write_new_bytes;
+use hedgehop::{Error, Result};
+
+/// Record of a submission.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SubmissionRecord {
+    /// Scheduler that has the tasks.
+    pub engine: Scheduler,
+    /// Tasks that it has.
+    pub tasks: Tasks,
+    /// Names that it gave them; none of one that ends when they do.
+    pub ids: Vec<String>,
+}
+
+impl SubmissionRecord {
+    /// Writes the record into the folder of a job.
+    pub fn write(&self, place: &Path) -> Result<()> {
+        let path = job::submissions(place).join(format!("{:04}.json", files(place)?.len() + 1));
+        let text =
+            serde_json::to_vec_pretty(self).map_err(|error| Error::io(&path, "write it", error.into()))?;
+        write_new_bytes(&path, &text)
+    }
+
+    /// Reads the records of a job, the oldest first.
+    pub fn all(place: &Path) -> Result<Vec<Self>> {
+        let read = |path: PathBuf| {
+            let bytes = fs::read(&path).map_err(|error| Error::io(&path, "read it", error))?;
+            serde_json::from_slice(&bytes).map_err(|error| {
+                Error::invalid(&path, format!("no record of a submission: {error}; remove it"))
+            })
+        };
+        files(place)?.into_iter().map(read).collect()
+    }
+}
+
+fn files(place: &Path) -> Result<Vec<PathBuf>> {
+    let folder = job::submissions(place);
+    let refused = |error| Error::io(&folder, "list it", error);
+    let mut files = Vec::new();
+    for entry in fs::read_dir(&folder).map_err(refused)? {
+        let path = entry.map_err(refused)?.path();
+        if path.extension().is_some_and(|kind| kind == "json") {
+            files.push(path);
+        }
+    }
+    files.sort();
+    Ok(files)
+}
