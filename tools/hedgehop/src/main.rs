@@ -62,7 +62,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 use crate::commands::{
     bake, bench, build, compare, contact_sheet as sheet, continuity, contours, demo, extract, farm as farms,
     height, hillshade, info, manual, merge, overview, plan, profile, recipe, render, scene as scenes,
-    shadow_heights, sight, verify,
+    shadow_heights, sight, verify, verify_frames,
 };
 use crate::interrupt::Interrupt;
 use hedgehop::memory::guard_mapped_files;
@@ -105,6 +105,7 @@ enum Command {
     Sight(sight::SightArgs),
     Profile(profile::ProfileArgs),
     Verify(verify::VerifyArgs),
+    VerifyFrames(verify_frames::VerifyFramesArgs),
     Scene(scenes::SceneCheckArgs),
     Bench(bench::BenchArgs),
     Overview(overview::OverviewArgs),
@@ -139,6 +140,7 @@ fn main() -> ExitCode {
         Command::Sight(args) => sight::run(args),
         Command::Profile(args) => profile::run(args, &interrupt),
         Command::Verify(args) => verify::run(args, &interrupt),
+        Command::VerifyFrames(args) => verify_frames::run(args, &interrupt),
         Command::Scene(args) => scenes::run(args, &interrupt),
         Command::Bench(args) => bench::run(args, &interrupt),
         Command::Overview(args) => overview::run(args, &interrupt),

@@ -8,6 +8,8 @@ mod retry;
 mod status;
 mod submit;
 
+pub use finish::{list, work_off};
+
 use clap::Subcommand;
 
 use crate::exit::{self, Outcome};

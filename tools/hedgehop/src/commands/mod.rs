@@ -24,3 +24,4 @@ pub mod scene;
 pub mod shadow_heights;
 pub mod sight;
 pub mod verify;
+pub mod verify_frames;

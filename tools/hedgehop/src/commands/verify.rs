@@ -1,11 +1,10 @@
 //! `hedgehop verify`: is a database, or a folder of frames, whole?
 
-mod frames;
-
 use std::path::PathBuf;
 
 use serde_json::{Value, json};
 
+use super::verify_frames;
 use crate::exit::{self, Failure, Outcome};
 use crate::interrupt::Interrupt;
 use crate::progress::{Mode, Reporter};
@@ -42,7 +41,7 @@ pub struct VerifyArgs {
 pub fn run(args: &VerifyArgs, interrupt: &Interrupt) -> Outcome {
     let reporter = Reporter::new(args.progress, interrupt);
     if args.file.is_dir() {
-        return frames::run(&args.file, args.json, &reporter);
+        return verify_frames::tell(&args.file, None, args.json, &reporter);
     }
     let report = PageFile::open(&args.file)?.verify(&reporter)?;
     let text = if args.json { format!("{:#}\n", json(args, &report)) } else { lines(args, &report) };

@@ -50,6 +50,11 @@ pub struct ChunkWork {
 }
 
 impl WorkArgs {
+    /// Asks for a chunk of the job in `folder`.
+    pub fn of(folder: PathBuf, chunk: u64) -> Self {
+        Self { farm: Some(folder), chunk: Some(chunk) }
+    }
+
     /// Whether this process works for a job.
     pub fn is_worker(&self) -> bool {
         self.farm.is_some()

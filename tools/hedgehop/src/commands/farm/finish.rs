@@ -8,6 +8,7 @@ use crate::commands::render;
 use crate::exit::{self, Failure, Outcome};
 use crate::farm::job::FarmJob;
 use crate::farm::parts::ChunkState;
+use crate::farm::work::WorkArgs;
 use crate::frame_ranges::ranges;
 use crate::interrupt::Interrupt;
 use crate::progress::{Mode, Reporter};
@@ -58,9 +59,7 @@ pub fn finish(job: &FarmJob, place: &Path, reporter: &Reporter) -> Outcome {
         return Err(Failure::Problems);
     }
 
-    let mut manifest = job.made_of.clone();
-    manifest.frames = states.into_iter().flat_map(|state| state.records.into_values()).collect();
-    let manifest: Manifest = manifest.write(&job.frames())?;
+    let manifest = list_records(job, states)?;
     exit::print(&format!(
         "{}: {} frames, listed in {}\n",
         place.display(),
@@ -79,6 +78,34 @@ pub fn finish(job: &FarmJob, place: &Path, reporter: &Reporter) -> Outcome {
         contact_sheet::run(&sheet, reporter.interrupt())?;
     }
     Ok(())
+}
+
+/// Lists the frames of a job in the manifest beside them, if none is missing.
+pub fn list(job: &FarmJob, place: &Path) -> Result<()> {
+    let states = ChunkState::read_all(place, job.chunks.len())?;
+    for (number, state) in (1..).zip(&states) {
+        if !unfinished(job, number, place, state)?.is_empty() {
+            return Ok(());
+        }
+    }
+    list_records(job, states).map(drop)
+}
+
+fn list_records(job: &FarmJob, states: Vec<ChunkState>) -> Result<Manifest> {
+    let mut manifest = job.made_of.clone();
+    manifest.frames = states.into_iter().flat_map(|state| state.records.into_values()).collect();
+    manifest.write(&job.frames())
+}
+
+/// Renders what is missing of a chunk in this process.
+pub fn work_off(job: &FarmJob, place: &Path, number: u64, reporter: &Reporter) -> Result<()> {
+    let place = place.canonicalize().map_err(|error| Error::io(place, "find it", error))?;
+    std::env::set_current_dir(&job.folder)
+        .map_err(|error| Error::io(&job.folder, "go into the folder of the job", error))?;
+    let mut args = request::parse(&job.worker_flags(), "the flags of the job")?;
+    args.work = WorkArgs::of(place, number);
+    args.overwrite = true;
+    render::fly(&args, PageFile::open_trusting(&args.area, args.trust.trust())?, reporter).map(drop)
 }
 
 /// Lists the frames of a chunk that are not finished: they have no record, or no file.

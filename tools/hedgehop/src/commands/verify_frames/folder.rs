@@ -1,4 +1,4 @@
-//! Whether the frames in a folder are whole, and those that its manifest lists.
+//! Whether the frames in a folder are whole, and those that a job or its manifest lists.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -8,10 +8,8 @@ use std::sync::{Mutex, PoisonError};
 use serde_json::{Value, json};
 
 use crate::args::available_cores;
-use crate::exit::{self, Failure, Outcome};
 use crate::frame_ranges::ranges;
 use crate::pictures;
-use crate::progress::Reporter;
 use hedgehop::encode::check::digest_of_whole;
 use hedgehop::encode::sidecar::{FrameRecord, Manifest};
 use hedgehop::progress::Observer;
@@ -23,8 +21,10 @@ struct Candidate {
     file: PathBuf,
     /// Number of the frame, if its entry or its name has one.
     number: Option<u64>,
-    /// Hash that the manifest states.
+    /// Hash that is stated of it.
     blake3: Option<String>,
+    /// Whether anybody finished it.
+    is_finished: bool,
 }
 
 /// Fault of one frame.
@@ -37,30 +37,42 @@ struct Problem {
 
 /// Findings about a folder.
 #[derive(Debug)]
-struct FramesReport {
+pub struct FramesReport {
     checked: usize,
-    /// Whether a manifest lists the frames.
-    has_manifest: bool,
+    /// Source of the list of frames; `None`: there is none.
+    listed_by: Option<&'static str>,
     problems: Vec<Problem>,
-    /// Pictures that the manifest does not list.
+    /// Pictures that are not listed.
     unlisted: usize,
     /// Numbers between the first and the last frame that no frame has.
     gaps: Vec<u64>,
 }
 
-/// Checks a folder, and says what was found.
-pub fn run(folder: &Path, as_json: bool, reporter: &Reporter) -> Outcome {
-    let report = check(folder, reporter)?;
-    let text = if as_json { format!("{:#}\n", json(folder, &report)) } else { lines(folder, &report) };
-    exit::print(&text)?;
-    if report.problems.is_empty() { Ok(()) } else { Err(Failure::Problems) }
+/// Frame that ought to be in a folder.
+#[derive(Debug, Clone)]
+pub struct ExpectedFrame {
+    /// Its number.
+    pub number: u64,
+    /// Its file's name; `None`: nobody has finished it.
+    pub file: Option<String>,
+    /// BLAKE3 of the file, hexadecimal, if that is known.
+    pub blake3: Option<String>,
 }
 
-fn check(folder: &Path, observer: &dyn Observer) -> Result<FramesReport> {
-    let manifest = Manifest::read(folder)?;
-    let listed = manifest.as_ref().map(|manifest| manifest.frames.as_slice()).unwrap_or_default();
-    let (candidates, unlisted) = candidates(folder, listed)?;
-    let whats = each(&candidates, observer)?;
+/// Checks a folder against what a job expects in it, or else against its manifest.
+pub fn check(
+    folder: &Path,
+    job: Option<Vec<ExpectedFrame>>,
+    observer: &dyn Observer,
+) -> Result<FramesReport> {
+    let manifest = if job.is_some() { None } else { Manifest::read(folder)? };
+    let (listed_by, listed) = match (job, manifest) {
+        (Some(job), _) => (Some("job"), job),
+        (None, Some(manifest)) => (Some("manifest"), manifest.frames.iter().map(expected).collect()),
+        (None, None) => (None, Vec::new()),
+    };
+    let (candidates, unlisted) = candidates(folder, &listed)?;
+    let whats = each(&candidates, listed_by.unwrap_or("folder"), observer)?;
     let found = candidates.iter().zip(whats);
     let problems = found
         .filter_map(|(Candidate { file, number, .. }, what)| {
@@ -69,21 +81,32 @@ fn check(folder: &Path, observer: &dyn Observer) -> Result<FramesReport> {
         .collect();
     Ok(FramesReport {
         checked: candidates.len(),
-        has_manifest: manifest.is_some(),
+        listed_by,
         problems,
         unlisted,
         gaps: gaps(candidates.iter().filter_map(|candidate| candidate.number)),
     })
 }
 
-/// Frames that a manifest lists, and further frames in the folder; how many these are.
-fn candidates(folder: &Path, listed: &[FrameRecord]) -> Result<(Vec<Candidate>, usize)> {
-    let mut all: Vec<Candidate> = Vec::new();
-    for record in listed {
-        let Some(name) = &record.file else { continue };
-        let (file, number) = (folder.join(name), Some(record.frame));
-        all.push(Candidate { file, number, blake3: record.blake3.clone() });
-    }
+fn expected(record: &FrameRecord) -> ExpectedFrame {
+    ExpectedFrame { number: record.frame, file: record.file.clone(), blake3: record.blake3.clone() }
+}
+
+/// Frames that are listed, and further frames in the folder; how many these are.
+fn candidates(folder: &Path, listed: &[ExpectedFrame]) -> Result<(Vec<Candidate>, usize)> {
+    let place = |frame: &ExpectedFrame| match &frame.file {
+        Some(name) => folder.join(name),
+        None => folder.to_owned(),
+    };
+    let mut all: Vec<Candidate> = listed
+        .iter()
+        .map(|frame| Candidate {
+            file: place(frame),
+            number: Some(frame.number),
+            blake3: frame.blake3.clone(),
+            is_finished: frame.file.is_some(),
+        })
+        .collect();
 
     let known: BTreeSet<PathBuf> = all.iter().map(|candidate| candidate.file.clone()).collect();
 
@@ -103,7 +126,7 @@ fn candidates(folder: &Path, listed: &[FrameRecord]) -> Result<(Vec<Candidate>, 
         let number = pictures::label(&file).parse().ok();
         // A map or a sheet beside the frames is none of them, and is checked where it is alone.
         if number.is_some() || listed.is_empty() {
-            all.push(Candidate { file, number, blake3: None });
+            all.push(Candidate { file, number, blake3: None, is_finished: true });
         }
     }
 
@@ -117,7 +140,7 @@ fn candidates(folder: &Path, listed: &[FrameRecord]) -> Result<(Vec<Candidate>, 
 }
 
 /// Checks each, in order; as many threads as cores decode them.
-fn each(candidates: &[Candidate], observer: &dyn Observer) -> Result<Vec<Option<String>>> {
+fn each(candidates: &[Candidate], listed_by: &str, observer: &dyn Observer) -> Result<Vec<Option<String>>> {
     let mut found: Vec<Mutex<Option<String>>> = Vec::new();
     found.resize_with(candidates.len(), Mutex::default);
     let (next, threads) = (AtomicUsize::new(0), available_cores().min(candidates.len()));
@@ -129,7 +152,8 @@ fn each(candidates: &[Candidate], observer: &dyn Observer) -> Result<Vec<Option<
                 while !observer.cancelled() {
                     let index = next.fetch_add(1, Ordering::Relaxed);
                     let Some(candidate) = candidates.get(index) else { return };
-                    *found[index].lock().unwrap_or_else(PoisonError::into_inner) = fault(candidate);
+                    *found[index].lock().unwrap_or_else(PoisonError::into_inner) =
+                        fault(candidate, listed_by);
                     observer.advance(1);
                 }
             });
@@ -145,14 +169,17 @@ fn each(candidates: &[Candidate], observer: &dyn Observer) -> Result<Vec<Option<
 }
 
 /// Says what is wrong with one.
-fn fault(Candidate { file, blake3, .. }: &Candidate) -> Option<String> {
+fn fault(Candidate { file, blake3, is_finished, number }: &Candidate, listed_by: &str) -> Option<String> {
+    if !is_finished {
+        return Some(format!("frame {} was never finished", number.unwrap_or_default()));
+    }
     if !file.is_file() {
         return Some("it is missing".to_owned());
     }
     match digest_of_whole(file) {
         Err(what) => Some(what),
         Ok(digest) if blake3.as_ref().is_some_and(|listed| *listed != digest) => {
-            Some("it is whole, but not the file that the manifest lists".to_owned())
+            Some(format!("it is whole, but not the file that the {listed_by} lists"))
         }
         Ok(_) => None,
     }
@@ -171,14 +198,25 @@ fn gaps(numbers: impl Iterator<Item = u64>) -> Vec<u64> {
 }
 
 impl FramesReport {
+    /// Whether nothing is wrong.
+    pub fn is_sound(&self) -> bool {
+        self.problems.is_empty()
+    }
+
+    /// Returns the numbers of frames that are to be rendered again, rising.
+    pub fn numbers(&self) -> Vec<u64> {
+        let numbers: BTreeSet<u64> = self.problems.iter().filter_map(|problem| problem.number).collect();
+        numbers.into_iter().collect()
+    }
+
     /// Frames that are to be rendered again, as `--frames` takes them.
     fn again(&self) -> String {
-        let numbers: BTreeSet<u64> = self.problems.iter().filter_map(|problem| problem.number).collect();
-        ranges(&numbers.into_iter().collect::<Vec<_>>())
+        ranges(&self.numbers())
     }
 }
 
-fn lines(folder: &Path, report: &FramesReport) -> String {
+/// Says what was found, for people.
+pub fn lines(folder: &Path, report: &FramesReport) -> String {
     let mut text = String::new();
     for Problem { file, what, .. } in &report.problems {
         text += &format!("problem: {}: {what}\n", file.display());
@@ -188,7 +226,8 @@ fn lines(folder: &Path, report: &FramesReport) -> String {
     }
     if report.unlisted > 0 {
         let plural = if report.unlisted == 1 { " is" } else { "s are" };
-        text += &format!("note: {} frame{plural} not listed in the manifest\n", report.unlisted);
+        let list = report.listed_by.unwrap_or("folder");
+        text += &format!("note: {} frame{plural} not listed in the {list}\n", report.unlisted);
     }
 
     let verdict = match (report.problems.len(), report.again()) {
@@ -196,13 +235,14 @@ fn lines(folder: &Path, report: &FramesReport) -> String {
         (count, again) if again.is_empty() => format!("{count} with problems"),
         (count, again) => format!("{count} with problems; render them again with --frames {again}"),
     };
-    let beside = if report.has_manifest { "" } else { " (there is no manifest)" };
+    let beside = if report.listed_by.is_some() { "" } else { " (there is no manifest)" };
     text += &format!("{}: {} frames checked{beside}, {verdict}\n", folder.display(), report.checked);
 
     text
 }
 
-fn json(folder: &Path, report: &FramesReport) -> Value {
+/// Returns what was found as JSON.
+pub fn json(folder: &Path, report: &FramesReport) -> Value {
     let problem = |problem: &Problem| {
         json!({
             "frame": problem.number,
@@ -213,7 +253,8 @@ fn json(folder: &Path, report: &FramesReport) -> Value {
     json!({
         "folder": folder.display().to_string(),
         "frames": report.checked,
-        "manifest": report.has_manifest,
+        "manifest": report.listed_by == Some("manifest"),
+        "job": report.listed_by == Some("job"),
         "sound": report.problems.is_empty(),
         "problems": report.problems.iter().map(problem).collect::<Vec<_>>(),
         "render_again": report.again(),

@@ -1,0 +1,86 @@
+//! Job of a farm that frames are of: what it expects of them, and how it renders them again.
+
+use std::path::{Path, PathBuf};
+
+use super::folder::ExpectedFrame;
+use crate::commands::farm;
+use crate::farm::job::FarmJob;
+use crate::farm::parts::ChunkState;
+use crate::progress::Reporter;
+use hedgehop::progress::Observer;
+use hedgehop::{Error, Result};
+
+/// A job, and where it lies.
+#[derive(Debug)]
+pub struct JobOfFrames {
+    job: FarmJob,
+    place: PathBuf,
+}
+
+impl JobOfFrames {
+    /// Finds the job of a folder of frames: the one that is named, or the one beside the folder.
+    ///
+    /// # Errors
+    /// The named one is none, or writes to another folder.
+    pub fn find(folder: &Path, named: Option<&Path>) -> Result<Option<Self>> {
+        let real = folder.canonicalize().map_err(|error| Error::io(folder, "find it", error))?;
+        let mut beside = real.clone().into_os_string();
+        beside.push(".job");
+        let place = match named {
+            Some(named) => super::absolute(named)?,
+            None => PathBuf::from(beside),
+        };
+        if named.is_none() && !place.is_dir() {
+            return Ok(None);
+        }
+
+        let job = FarmJob::read(&place)?;
+        let is_own = job.frames().canonicalize().is_ok_and(|frames| frames == real);
+        match (is_own, named) {
+            (true, _) => Ok(Some(Self { job, place })),
+            (false, None) => Ok(None),
+            (false, Some(_)) => Err(Error::Configuration(format!(
+                "{} is a job whose frames go to {}, not to {}",
+                place.display(),
+                job.frames().display(),
+                folder.display()
+            ))),
+        }
+    }
+
+    /// Returns all frames of the job, as their workers recorded them.
+    pub fn expected(&self) -> Result<Vec<ExpectedFrame>> {
+        let states = ChunkState::read_all(&self.place, self.job.chunks.len())?;
+        let mut frames = Vec::new();
+        for (chunk, state) in self.job.chunks.iter().zip(&states) {
+            frames.extend(chunk.set()?.iter().map(|number| {
+                let record = state.records.get(&number);
+                ExpectedFrame {
+                    number,
+                    file: record.and_then(|record| record.file.clone()),
+                    blake3: record.and_then(|record| record.blake3.clone()),
+                }
+            }));
+        }
+        frames.sort_by_key(|frame| frame.number);
+        Ok(frames)
+    }
+
+    /// Renders frames of these numbers again, chunk by chunk, and lists all in the manifest if none is missing then.
+    ///
+    /// # Errors
+    /// Another database, program or setting than the job's; whatever keeps a frame from being rendered.
+    pub fn repair(&self, numbers: &[u64], reporter: &Reporter) -> Result<()> {
+        if numbers.is_empty() {
+            return Ok(());
+        }
+        for (number, chunk) in (1..).zip(&self.job.chunks) {
+            let frames = chunk.set()?;
+            if numbers.iter().any(|wrong| frames.contains(*wrong)) {
+                reporter.note(&format!("chunk {number}: frames that are wrong are rendered again"));
+                farm::work_off(&self.job, &self.place, number, reporter)?;
+            }
+        }
+        farm::list(&self.job, &self.place)
+    }
+}
