@@ -163,6 +163,9 @@ pub struct FrameRecord {
 pub struct FrameCost {
     /// Time from the delivery of the frame before, or from the first frame's begin, to that of this one, seconds.
     pub wall_s: f64,
+    /// Processor time of all threads of the process in the same time, seconds; absent where the system does not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cpu_s: Option<f64>,
     /// Cost of paging in the same time; absent if its process ended before it told.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub paging: Option<Paging>,

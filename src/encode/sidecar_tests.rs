@@ -86,7 +86,7 @@ fn subsets_of_one_sequence_add_up() {
 fn a_frame_that_stays_keeps_what_it_cost() {
     let (folder, _) = testing::place("");
     let mut first = run(folder.path(), "clear", &[1, 2]);
-    let cost = Some(FrameCost { wall_s: 0.25, paging: None });
+    let cost = Some(FrameCost { wall_s: 0.25, cpu_s: None, paging: None });
     for frame in &mut first.frames {
         (frame.coarser_share, frame.cost) = (Some(0.5), cost);
     }

@@ -9,6 +9,7 @@ mod chart;
 mod classes;
 mod commands;
 mod contact_sheet;
+mod cpu_time;
 mod degrees;
 mod difference;
 mod drawing;

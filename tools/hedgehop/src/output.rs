@@ -10,13 +10,12 @@ use serde_json::Value;
 
 use crate::labels::Labelling;
 use crate::reference;
-use crate::sequence::{Delivery, Flown, Image, Shot};
+use crate::sequence::{Flown, Image, Shot};
 use crate::trust::DamagedPage;
 use hedgehop::colour::srgb8_picture;
 use hedgehop::encode::check::{Existing, existing};
 use hedgehop::encode::sidecar::{
-    DamagedRecord, DatabaseRecord, FlightRecord, FrameCost, FrameRecord, Manifest, PosesRecord,
-    settings_digest,
+    DamagedRecord, DatabaseRecord, FlightRecord, FrameRecord, Manifest, PosesRecord, settings_digest,
 };
 use hedgehop::encode::y4m::{Chroma, Y4mWriter};
 use hedgehop::encode::{FrameInfo, FramePattern, Written, write_frame_on, write_picture};
@@ -169,10 +168,9 @@ impl<'a> Files<'a> {
             let mut record = self.record(frame)?;
             let place = flown.delivered.binary_search_by_key(&frame.number, |delivery| delivery.number);
             if let Ok(place) = place {
-                let Delivery { rays, wall, .. } = flown.delivered[place];
-                let paging = flown.paging.get(place).map(|(_, paging)| *paging);
-                record.coarser_share = Some(rays.coarser_share());
-                record.cost = Some(FrameCost { wall_s: wall.as_secs_f64(), paging });
+                let delivery = &flown.delivered[place];
+                record.coarser_share = Some(delivery.rays.coarser_share());
+                record.cost = Some(delivery.cost(flown.paging.get(place).map(|(_, paging)| *paging)));
             }
             Ok(record)
         };

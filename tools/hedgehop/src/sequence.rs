@@ -14,10 +14,12 @@ use crossbeam::channel::{Receiver, Sender, bounded};
 
 use crate::aov::AovInputs;
 use crate::bound_flight::FilmMotion;
+use crate::cpu_time;
 use crate::finish::Finishing;
 use crate::memory::Live;
 use crate::product::Product;
 use crate::scene::Playing;
+use hedgehop::encode::sidecar::FrameCost;
 use hedgehop::flight::FrameRate;
 use hedgehop::frame::{Frame, Picture};
 use hedgehop::memory::{Paging, ResidentPages};
@@ -97,6 +99,16 @@ pub struct Delivery {
     pub rays: Rays,
     /// Time since the delivery before, or since the first frame's begin.
     pub wall: Duration,
+    /// Processor time of the process in the same time, if the system says.
+    pub cpu: Option<Duration>,
+}
+
+impl Delivery {
+    /// Returns what the frame cost; `paging` is known once the sequence is over.
+    pub fn cost(&self, paging: Option<Paging>) -> FrameCost {
+        let cpu_s = self.cpu.map(|cpu| cpu.as_secs_f64());
+        FrameCost { wall_s: self.wall.as_secs_f64(), cpu_s, paging }
+    }
 }
 
 /// Fineness of the ground in a sequence.
@@ -305,13 +317,15 @@ impl Sequence<'_> {
         let batch = Batch { frames: &frames, in_flight: self.in_flight, observer };
         let render = |farm: &Farm, &(frame, camera): &(u32, &Camera)| (flying.look)(farm, frame, camera);
         let mut live = Live::new(self.pages.paging());
-        let mut before = Instant::now();
+        let now = || (Instant::now(), cpu_time::of_process());
+        let mut before = now();
 
         self.farm.fly(&batch, render, |number, (image, rays)| {
             (flying.deliver)(deliveries.len() as u32);
-            let now = Instant::now();
-            let delivery = Delivery { number, rays, wall: now - before };
-            before = now;
+            let (wall, cpu) = now();
+            let cpu_since = cpu.zip(before.1).map(|(cpu, before)| cpu.saturating_sub(before));
+            let delivery = Delivery { number, rays, wall: wall - before.0, cpu: cpu_since };
+            before = (wall, cpu);
             deliveries.push(delivery);
             if self.stats
                 && let Some(text) = live.deliver(number, || self.pages.paging())

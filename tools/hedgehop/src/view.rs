@@ -138,6 +138,19 @@ pub enum Surface {
     Blocks,
 }
 
+impl Default for LookArgs {
+    fn default() -> Self {
+        Self {
+            surface: Surface::Smooth,
+            visibility: None,
+            sun: None,
+            sun_runs: false,
+            shadows: None,
+            detail: 1.0,
+        }
+    }
+}
+
 impl LookArgs {
     /// Returns the sun that the flags ask for.
     fn flagged_sun(&self) -> Result<Option<FilmSun>> {

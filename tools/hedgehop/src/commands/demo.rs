@@ -3,31 +3,21 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::aov::AovArgs;
-use crate::args::{self, Instructions, Overlap, Workers};
+use crate::args;
 use crate::camera::CameraArgs;
 use crate::commands::build::Order;
 use crate::commands::render::{self, FilmArgs};
 use crate::contact_sheet::{Entry, WIDTH, sheet, spread};
 use crate::exit::{self, Outcome};
-use crate::farm::work::WorkArgs;
-use crate::finish::FinishArgs;
 use crate::interrupt::Interrupt;
-use crate::labels::LabelArgs;
-use crate::memory::{Late, Memory};
 use crate::pictures;
 use crate::playback::PlaybackArgs;
-use crate::poses::PoseArgs;
 use crate::program::program;
 use crate::progress::{Mode, Reporter};
-use crate::scene::SceneArgs;
 use crate::screen::ScreenArgs;
 use crate::smoothing::SmoothingArgs;
-use crate::titling::TitlingArgs;
 use crate::tracks::TrackArgs;
-use crate::trails::TrailArgs;
-use crate::trust::TrustArgs;
-use crate::view::{FlightArgs, LookArgs, Surface};
+use crate::view::FlightArgs;
 use crate::views::ViewArgs;
 use crate::world::WorldArgs;
 use hedgehop::encode::FramePattern;
@@ -176,40 +166,11 @@ fn flight(folder: &Path, area: &Path) -> Result<render::RenderArgs> {
         world: WorldArgs::default(),
     };
 
+    let output = FramePattern::parse(&folder.join("frames").join("####.png").to_string_lossy())?;
     Ok(render::RenderArgs {
-        area: area.to_owned(),
-        output: Some(FramePattern::parse(&folder.join("frames").join("####.png").to_string_lossy())?),
-        fps,
-        frames: None,
-        skip_existing: false,
         overwrite: true,
-        workers: Workers { jobs: None },
-        overlap: Overlap::default(),
-        memory: Memory::default(),
-        late: Late::default(),
-        stats: false,
-        traffic: None,
-        work: WorkArgs::default(),
-        poses: PoseArgs::default(),
-        labels: LabelArgs::default(),
-        aov: AovArgs::default(),
-        trust: TrustArgs::default(),
-        instructions: Instructions::default(),
-        flight,
-        look: LookArgs {
-            surface: Surface::Smooth,
-            visibility: None,
-            sun: None,
-            sun_runs: false,
-            shadows: None,
-            detail: 1.0,
-        },
-        scene: SceneArgs::default(),
-        trails: TrailArgs::default(),
-        finish: FinishArgs::default(),
-        titling: TitlingArgs::default(),
         film: FilmArgs { video, ..FilmArgs::default() },
-        progress: Mode::Auto,
+        ..render::RenderArgs::of_flight(area.to_owned(), output, fps, flight)
     })
 }
 

@@ -1,5 +1,7 @@
 //! `hedgehop plan`: what a flight needs of a database and of the machine, without flying it.
 
+mod times;
+
 use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -10,6 +12,7 @@ use crate::area;
 use crate::args::{self, Overlap, Workers};
 use crate::bound_flight::{BoundFlight, FilmRequest};
 use crate::exit::{self, Failure, Outcome};
+use crate::farm::cost::{CostModel, CostPrediction};
 use crate::interrupt::Interrupt;
 use crate::memory::{self, Frames, Memory, amount};
 use crate::product::Product;
@@ -38,7 +41,7 @@ const TIMED: Duration = Duration::from_secs(1);
 
 /// Say what a flight needs: pages, memory, disk, the ground about its path; and whether this machine can do it.
 ///
-/// Nothing is rendered. Pages are planned as `render` does it, from bounds of coarse voxels: some that are counted will not be touched,
+/// Nothing is rendered without --times. Pages are planned as `render` does it, from bounds of coarse voxels: some that are counted will not be touched,
 /// none is touched that is not counted.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLE, after_long_help = format!("{EXAMPLE}\n\n{}", exit::HELP))]
@@ -66,6 +69,10 @@ pub struct PlanArgs {
     /// Say what becomes of the flight with so much memory, as `render --memory`: bytes with suffix K, M or G
     #[arg(long, value_name = "BYTES", value_parser = args::bytes)]
     memory: Option<u64>,
+
+    /// Render a few frames to predict how long each takes on this machine, as a PNG
+    #[arg(long)]
+    times: bool,
 
     /// Do not read from the disk to see how fast it is
     #[arg(long)]
@@ -145,6 +152,12 @@ struct PlanReport {
     memory_bytes_given: Option<u64>,
     levels: Vec<LevelNeeds>,
     machine: Machine,
+    /// Time of all frames, as predicted, seconds; absent without --times.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    predicted_s: Option<f64>,
+    /// Model of that time; absent without --times.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    cost: Option<CostModel>,
     /// Why this machine cannot fly it without waiting; empty if it can.
     obstacles: Vec<String>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -157,6 +170,9 @@ struct ByFrame {
     frame: u64,
     #[serde(flatten)]
     needs: hedgehop::memory::FrameNeeds,
+    /// Time that it takes behind another, as predicted, seconds; absent without --times.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    predicted_s: Option<f64>,
 }
 
 /// Runs the command.
@@ -212,7 +228,8 @@ pub fn run(args: &PlanArgs, interrupt: &Interrupt) -> Outcome {
     if let Some(memory) = args.memory {
         Memory::of(memory).shares(frames)?;
     }
-    let report = report(args, &file, &cameras, &planned, frames)?;
+    let times = if args.times { Some(times::predict(args, &file, &reporter)?) } else { None };
+    let report = report(args, &file, &cameras, &planned, frames, times)?;
 
     let text = if args.json {
         format!(
@@ -262,6 +279,7 @@ fn report(
     cameras: &[NumberedCamera],
     Planned { plan, by_reference }: &Planned,
     frames: Frames,
+    times: Option<CostPrediction>,
 ) -> Result<PlanReport> {
     let most =
         |of: &dyn Fn(&hedgehop::memory::FrameNeeds) -> u64| plan.frames.iter().map(of).max().unwrap_or(0);
@@ -294,14 +312,22 @@ fn report(
             memory_bytes: memory::available(),
             disk_bytes_per_s: disk.map(|(bytes, time)| bytes as f64 / time.as_secs_f64().max(1e-9)),
         },
+        predicted_s: times.as_ref().map(|times| times.frames.iter().sum()),
+        cost: times.as_ref().map(|times| times.model.clone()),
         obstacles: Vec::new(),
         by_frame: Vec::new(),
     };
 
     report.obstacles = report.obstacles();
     if args.json {
-        let frames = cameras.iter().zip(&plan.frames);
-        report.by_frame = frames.map(|(seen, needs)| ByFrame { frame: seen.number, needs: *needs }).collect();
+        let frames = cameras.iter().zip(&plan.frames).enumerate();
+        report.by_frame = frames
+            .map(|(index, (seen, needs))| ByFrame {
+                frame: seen.number,
+                needs: *needs,
+                predicted_s: times.as_ref().and_then(|times| times.frames.get(index).copied()),
+            })
+            .collect();
     }
 
     Ok(report)
@@ -440,6 +466,10 @@ impl PlanReport {
                     level.reach_m / 1000.0
                 ),
             );
+        }
+
+        if let (Some(seconds), Some(cost)) = (self.predicted_s, &self.cost) {
+            line("time", format!("{seconds:.1} s in one process{}", cost.errors_told()));
         }
 
         let machine = [

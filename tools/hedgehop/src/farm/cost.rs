@@ -68,7 +68,7 @@ pub struct SampledFrame {
     pub frame: u64,
     /// Measured time, seconds.
     pub measured_s: f64,
-    /// Time that a model of the other samples predicts, seconds; that of all samples if these are fewer than three.
+    /// Time that a model of the other samples predicts, seconds; of fewer than three samples, that of all.
     pub predicted_s: f64,
 }
 
@@ -154,12 +154,22 @@ impl CostModel {
         self.of_load(&loads[index]) * ratio
     }
 
-    /// Share by which samples were predicted wrongly, of the time measured: the middle one, and the worst.
+    /// Share by which samples were predicted wrongly, of the time measured: the middle one, and the worst; `None` of fewer
+    /// than three, which no others predict.
     pub fn errors(&self) -> Option<(f64, f64)> {
         let of = |sample: &SampledFrame| (sample.predicted_s / sample.measured_s.max(1e-9) - 1.0).abs();
         let mut errors: Vec<f64> = self.samples.iter().map(of).collect();
         errors.sort_by(f64::total_cmp);
-        Some((*errors.get(errors.len() / 2)?, *errors.last()?))
+        let most = errors.last().filter(|_| errors.len() > 2)?;
+        Some((errors[errors.len() / 2], *most))
+    }
+
+    /// Says how well samples were predicted, behind a sentence.
+    pub fn errors_told(&self) -> String {
+        self.errors().map_or_else(String::new, |(median, most)| {
+            let [median, most] = [median, most].map(|share| 100.0 * share);
+            format!("; samples were predicted within {median:.0} %, the worst within {most:.0} %")
+        })
     }
 }
 

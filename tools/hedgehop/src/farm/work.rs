@@ -9,7 +9,7 @@ use super::parts::{ChunkState, PartLog, lock};
 use crate::args::Instructions;
 use crate::sequence::Delivery;
 use hedgehop::encode::FrameSet;
-use hedgehop::encode::sidecar::{FrameCost, FrameRecord, Manifest};
+use hedgehop::encode::sidecar::{FrameRecord, Manifest};
 use hedgehop::memory::{PageFile, PagePlan};
 use hedgehop::progress::Observer;
 use hedgehop::render::{Engine, FlightPlan, NumberedCamera, Renderer};
@@ -180,7 +180,7 @@ impl ChunkWork {
     pub fn record(&self, record: FrameRecord, delivery: &Delivery) -> Result<()> {
         self.log.append(FrameRecord {
             coarser_share: Some(delivery.rays.coarser_share()),
-            cost: Some(FrameCost { wall_s: delivery.wall.as_secs_f64(), paging: None }),
+            cost: Some(delivery.cost(None)),
             ..record
         })
     }

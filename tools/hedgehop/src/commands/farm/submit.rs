@@ -249,16 +249,10 @@ fn told(job: &FarmJob, is_predicted: bool) -> String {
     let seconds = || job.chunks.iter().map(|chunk| chunk.predicted_s);
     let (total, longest) = (seconds().sum::<f64>(), seconds().fold(0.0, f64::max));
     let mean = total / job.chunks.len().max(1) as f64;
-    let errors = job.cost.errors().map_or_else(String::new, |(median, most)| {
-        format!(
-            "; samples were predicted within {:.0} %, the worst within {:.0} %",
-            100.0 * median,
-            100.0 * most
-        )
-    });
     format!(
-        "{place}: {count} frames in {} chunks of {mean:.1} s, the longest {:.2} of that; {total:.0} s of one process{errors}",
+        "{place}: {count} frames in {} chunks of {mean:.1} s, the longest {:.2} of that; {total:.0} s of one process{}",
         job.chunks.len(),
         longest / mean.max(1e-9),
+        job.cost.errors_told(),
     )
 }

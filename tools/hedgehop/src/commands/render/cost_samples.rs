@@ -1,13 +1,13 @@
 //! Sample frames, rendered to see what frames of a flight cost on this machine.
 
 use std::path::Path;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use super::{RenderArgs, fly};
 use crate::farm::cost::CostSample;
 use crate::frame_ranges::ranges;
 use crate::progress::{Mode, Reporter};
-use hedgehop::encode::sidecar::Manifest;
+use hedgehop::encode::sidecar::{FrameCost, Manifest};
 use hedgehop::encode::{FramePattern, FrameSet};
 use hedgehop::memory::PageFile;
 use hedgehop::progress::Observer;
@@ -51,7 +51,7 @@ pub fn take(
         .map_err(|error| Error::io(std::env::temp_dir(), "make a folder for sample frames in it", error))?;
     let silent = reporter.with_mode(Mode::Silent);
     let places = places.clamp(1, numbers.len().div_ceil(IN_A_ROW).max(1));
-    let mut samples = Vec::new();
+    let mut rows = Vec::new();
     let mut made_of = None;
 
     reporter.begin("sample", places as u64, "places");
@@ -60,14 +60,15 @@ pub fn take(
         let index = middle.saturating_sub(IN_A_ROW / 2).min(numbers.len().saturating_sub(IN_A_ROW));
         let row = &numbers[index..numbers.len().min(index + IN_A_ROW)];
         let (manifest, seconds) = render_row(flags()?, row, &folder.path().join(place.to_string()), &silent)?;
-        samples.push(sample(index, seconds, &manifest));
+        let costs = manifest.frames.iter().filter_map(|frame| frame.cost).collect();
+        rows.push(MeasuredRow { index, seconds, costs });
         made_of.get_or_insert(manifest.without_frames());
         reporter.advance(1);
     }
     reporter.end();
 
     let made_of = made_of.ok_or_else(|| Error::Configuration("there is no frame to render".into()))?;
-    Ok(CostSamples { samples, made_of })
+    Ok(CostSamples { samples: undisturbed(&rows), made_of })
 }
 
 /// Renders frames into `folder`; returns their manifest, and the time that passed, seconds.
@@ -99,14 +100,71 @@ fn render_row(
     Ok((manifest, seconds))
 }
 
-/// Reads off what frames cost that took `seconds` in all.
-fn sample(index: usize, seconds: f64, manifest: &Manifest) -> CostSample {
-    let walls: Vec<f64> =
-        manifest.frames.iter().filter_map(|frame| Some(frame.cost.as_ref()?.wall_s)).collect();
-    let first_s = walls.first().copied().unwrap_or(seconds);
-    let mut later: Vec<f64> = walls.iter().skip(1).copied().collect();
-    later.sort_by(f64::total_cmp);
-    let frame_s = later.get(later.len() / 2).copied().unwrap_or(first_s);
-    let start_s = (seconds - walls.iter().sum::<f64>()).max(0.0);
-    CostSample { index, start_s, first_s, frame_s }
+/// Frames of one place, in the order in which they were rendered.
+#[derive(Debug)]
+struct MeasuredRow {
+    /// Index of the first among all.
+    index: usize,
+    /// Time that passed in all, seconds.
+    seconds: f64,
+    /// Cost of each.
+    costs: Vec<FrameCost>,
+}
+
+/// Reads off what frames cost, as if nobody else had used the machine.
+///
+/// What else runs beside takes time from some frames and not from others, but processor time from none: it is the measure, and how much
+/// of it passes in a second is taken from the frame that had most.
+fn undisturbed(rows: &[MeasuredRow]) -> Vec<CostSample> {
+    let later = |row: &MeasuredRow| row.costs.iter().skip(1).copied().collect::<Vec<_>>();
+    let ratio = |cost: &FrameCost| Some(cost.wall_s / cost.cpu_s.filter(|cpu| *cpu > 0.0)?);
+    let ratios: Vec<f64> = rows.iter().flat_map(later).filter_map(|cost| ratio(&cost)).collect();
+    let least = ratios.iter().copied().fold(f64::INFINITY, f64::min);
+    let time = |cost: &FrameCost| match cost.cpu_s {
+        Some(cpu) if least.is_finite() => cpu * least,
+        _ => cost.wall_s,
+    };
+
+    let sample = |row: &MeasuredRow| {
+        let waited = |cost: &FrameCost| {
+            cost.paging.map_or(0.0, |paging| Duration::from_nanos(paging.frame_wait_ns).as_secs_f64())
+        };
+        let first_s = row.costs.first().map_or(row.seconds, |cost| time(cost) + waited(cost));
+        let times = later(row).iter().map(time).fold(f64::INFINITY, f64::min);
+        let wall: f64 = row.costs.iter().map(|cost| cost.wall_s).sum();
+        CostSample {
+            index: row.index,
+            start_s: (row.seconds - wall).max(0.0),
+            first_s,
+            frame_s: if times.is_finite() { times } else { first_s },
+        }
+    };
+    rows.iter().map(sample).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_runs_beside_is_left_out() {
+        let cost = |wall_s: f64, cpu: f64| FrameCost { wall_s, cpu_s: Some(cpu), paging: None };
+        let row = |index, costs: Vec<FrameCost>| MeasuredRow { index, seconds: 2.0, costs };
+        // Two workers: half a second of processor time passes in a quarter. The second place had half of the machine.
+        let rows = [
+            row(5, vec![cost(0.5, 1.0), cost(0.25, 0.5), cost(0.3, 0.5)]),
+            row(90, vec![cost(1.0, 1.0), cost(0.6, 0.6), cost(0.8, 0.7)]),
+        ];
+        let samples = undisturbed(&rows);
+        assert_eq!((samples[0].frame_s, samples[0].first_s), (0.25, 0.5));
+        assert_eq!((samples[1].frame_s, samples[1].index), (0.3, 90));
+        assert!((samples[0].start_s - 0.95).abs() < 1e-12);
+    }
+
+    #[test]
+    fn systems_without_processor_time_are_measured_by_the_clock() {
+        let costs = vec![FrameCost { wall_s: 0.5, cpu_s: None, paging: None }; 3];
+        let samples = undisturbed(&[MeasuredRow { index: 0, seconds: 2.0, costs }]);
+        assert_eq!((samples[0].frame_s, samples[0].start_s), (0.5, 0.5));
+    }
 }

@@ -118,6 +118,38 @@ pub struct RenderArgs {
 }
 
 impl RenderArgs {
+    /// Asks for all frames of a flight, as they come without further flags.
+    pub fn of_flight(area: PathBuf, output: FramePattern, fps: FrameRate, flight: FlightArgs) -> Self {
+        Self {
+            area,
+            output: Some(output),
+            fps,
+            frames: None,
+            skip_existing: false,
+            overwrite: false,
+            workers: Workers { jobs: None },
+            overlap: Overlap::default(),
+            memory: Memory::default(),
+            late: Late::default(),
+            stats: false,
+            traffic: None,
+            poses: PoseArgs::default(),
+            aov: AovArgs::default(),
+            labels: LabelArgs::default(),
+            trust: TrustArgs::default(),
+            instructions: Instructions::default(),
+            flight,
+            look: LookArgs::default(),
+            scene: SceneArgs::default(),
+            trails: TrailArgs::default(),
+            finish: FinishArgs::default(),
+            titling: TitlingArgs::default(),
+            film: FilmArgs::default(),
+            work: WorkArgs::default(),
+            progress: Mode::Auto,
+        }
+    }
+
     /// Returns what kind of file frames become, unless they go into the film alone.
     pub fn target(&self) -> Option<Target> {
         self.output.as_ref().map(FramePattern::target)

@@ -6,7 +6,7 @@ use super::folder::ExpectedFrame;
 use crate::commands::farm;
 use crate::farm::job::FarmJob;
 use crate::farm::parts::ChunkState;
-use crate::progress::Reporter;
+use crate::progress::{Mode, Reporter};
 use hedgehop::progress::Observer;
 use hedgehop::{Error, Result};
 
@@ -74,13 +74,16 @@ impl JobOfFrames {
         if numbers.is_empty() {
             return Ok(());
         }
+        let silent = reporter.with_mode(Mode::Silent);
+        reporter.begin("repair", self.job.chunks.len() as u64, "chunks");
         for (number, chunk) in (1..).zip(&self.job.chunks) {
             let frames = chunk.set()?;
             if numbers.iter().any(|wrong| frames.contains(*wrong)) {
-                reporter.note(&format!("chunk {number}: frames that are wrong are rendered again"));
-                farm::work_off(&self.job, &self.place, number, reporter)?;
+                farm::work_off(&self.job, &self.place, number, &silent)?;
             }
+            reporter.advance(1);
         }
+        reporter.end();
         farm::list(&self.job, &self.place)
     }
 }
