@@ -115,7 +115,7 @@ pub fn run(args: &SubmitArgs, interrupt: &Interrupt) -> Outcome {
         args.workers.jobs = Some(cores);
         Ok(args)
     };
-    let sampled = cost_samples::take(&of_worker, &survey.numbers, places, &reporter)?;
+    let sampled = cost_samples::take(&of_worker, &survey, places, &reporter)?;
     let prediction = match places {
         0 => CostPrediction::equal(survey.numbers.len()),
         _ => CostPrediction::fit(&survey.numbers, &survey.loads, &sampled.samples),

@@ -19,7 +19,7 @@ pub fn predict(args: &PlanArgs, file: &PageFile, reporter: &Reporter) -> Result<
     let render = || render_args(args);
     let survey = survey(&render()?, file, reporter)?;
     let places = cost_samples::usual_places(survey.numbers.len());
-    let samples = cost_samples::take(&render, &survey.numbers, places, reporter)?.samples;
+    let samples = cost_samples::take(&render, &survey, places, reporter)?.samples;
     Ok(CostPrediction::fit(&survey.numbers, &survey.loads, &samples))
 }
 

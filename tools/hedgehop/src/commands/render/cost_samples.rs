@@ -3,8 +3,8 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use super::{RenderArgs, fly};
-use crate::farm::cost::CostSample;
+use super::{RenderArgs, Survey, fly};
+use crate::farm::cost::{CostSample, FrameLoad};
 use crate::frame_ranges::ranges;
 use crate::progress::{Mode, Reporter};
 use hedgehop::encode::sidecar::{FrameCost, Manifest};
@@ -37,29 +37,31 @@ pub fn usual_places(frames: usize) -> usize {
 
 /// Renders frames at `places` places of a flight into a folder that is removed again, as a worker would; at least one.
 ///
-/// `flags` gives the flags of the render anew; `numbers` are all of its frames.
+/// `flags` gives the flags of the render anew.
 ///
 /// # Errors
 /// Whatever keeps these frames from being rendered.
 pub fn take(
     flags: &dyn Fn() -> Result<RenderArgs>,
-    numbers: &[u64],
+    Survey { numbers, loads }: &Survey,
     places: usize,
     reporter: &Reporter,
 ) -> Result<CostSamples> {
     let folder = tempfile::tempdir()
         .map_err(|error| Error::io(std::env::temp_dir(), "make a folder for sample frames in it", error))?;
     let silent = reporter.with_mode(Mode::Silent);
-    let places = places.clamp(1, numbers.len().div_ceil(IN_A_ROW).max(1));
+    let places = spread(loads, places.max(1));
     let mut rows = Vec::new();
     let mut made_of = None;
+    let mut workers = 1;
 
-    reporter.begin("sample", places as u64, "places");
-    for place in 0..places {
-        let middle = (2 * place + 1) * numbers.len() / (2 * places);
-        let index = middle.saturating_sub(IN_A_ROW / 2).min(numbers.len().saturating_sub(IN_A_ROW));
+    reporter.begin("sample", places.len() as u64, "places");
+    for place in places {
+        let args = flags()?;
+        workers = args.workers.count();
+        let index = place.saturating_sub(IN_A_ROW / 2).min(numbers.len().saturating_sub(IN_A_ROW));
         let row = &numbers[index..numbers.len().min(index + IN_A_ROW)];
-        let (manifest, seconds) = render_row(flags()?, row, &folder.path().join(place.to_string()), &silent)?;
+        let (manifest, seconds) = render_row(args, row, &folder.path().join(place.to_string()), &silent)?;
         let costs = manifest.frames.iter().filter_map(|frame| frame.cost).collect();
         rows.push(MeasuredRow { index, seconds, costs });
         made_of.get_or_insert(manifest.without_frames());
@@ -68,7 +70,46 @@ pub fn take(
     reporter.end();
 
     let made_of = made_of.ok_or_else(|| Error::Configuration("there is no frame to render".into()))?;
-    Ok(CostSamples { samples: undisturbed(&rows), made_of })
+    let samples = rows.iter().map(|row| row.sample(workers)).collect();
+    Ok(CostSamples { samples, made_of })
+}
+
+/// Chooses frames to look at, rising: half of them evenly along the flight, then always the one whose load is least like that of
+/// any before (Gonzalez 1985).
+fn spread(loads: &[FrameLoad], count: usize) -> Vec<usize> {
+    let count = count.min(loads.len());
+    let even = count.div_ceil(2);
+    let mut chosen: Vec<usize> =
+        (0..even).map(|place| (2 * place + 1) * loads.len() / (2 * even.max(1))).collect();
+
+    let terms = |index: usize| {
+        let load = &loads[index];
+        [index as f64, load.mrays, load.pages, load.bodies]
+    };
+    let largest = (0..loads.len())
+        .map(terms)
+        .fold([0.0_f64; 4], |largest, terms| std::array::from_fn(|term| largest[term].max(terms[term])));
+    let distance = |one: usize, other: usize| -> f64 {
+        let (one, other) = (terms(one), terms(other));
+        let squares = (0..4).map(|term| ((one[term] - other[term]) / largest[term].max(1e-9)).powi(2));
+        squares.sum()
+    };
+
+    let mut nearest: Vec<f64> = (0..loads.len())
+        .map(|index| chosen.iter().map(|other| distance(index, *other)).fold(f64::INFINITY, f64::min))
+        .collect();
+    while chosen.len() < count {
+        let Some(farthest) = (0..loads.len()).max_by(|a, b| nearest[*a].total_cmp(&nearest[*b])) else {
+            break;
+        };
+        chosen.push(farthest);
+        for (index, least) in nearest.iter_mut().enumerate() {
+            *least = least.min(distance(index, farthest));
+        }
+    }
+    chosen.sort_unstable();
+    chosen.dedup();
+    chosen
 }
 
 /// Renders frames into `folder`; returns their manifest, and the time that passed, seconds.
@@ -111,35 +152,27 @@ struct MeasuredRow {
     costs: Vec<FrameCost>,
 }
 
-/// Reads off what frames cost, as if nobody else had used the machine.
-///
-/// What else runs beside takes time from some frames and not from others, but processor time from none: it is the measure, and how much
-/// of it passes in a second is taken from the frame that had most.
-fn undisturbed(rows: &[MeasuredRow]) -> Vec<CostSample> {
-    let later = |row: &MeasuredRow| row.costs.iter().skip(1).copied().collect::<Vec<_>>();
-    let ratio = |cost: &FrameCost| Some(cost.wall_s / cost.cpu_s.filter(|cpu| *cpu > 0.0)?);
-    let ratios: Vec<f64> = rows.iter().flat_map(later).filter_map(|cost| ratio(&cost)).collect();
-    let least = ratios.iter().copied().fold(f64::INFINITY, f64::min);
-    let time = |cost: &FrameCost| match cost.cpu_s {
-        Some(cpu) if least.is_finite() => cpu * least,
-        _ => cost.wall_s,
-    };
-
-    let sample = |row: &MeasuredRow| {
+impl MeasuredRow {
+    /// Reads off what frames cost a process of so many workers whose cores are its own.
+    ///
+    /// What else runs beside takes time from some frames and not from others, but processor time from none.
+    fn sample(&self, workers: usize) -> CostSample {
+        let time = |cost: &FrameCost| cost.cpu_s.map_or(cost.wall_s, |cpu| cpu / workers as f64);
         let waited = |cost: &FrameCost| {
             cost.paging.map_or(0.0, |paging| Duration::from_nanos(paging.frame_wait_ns).as_secs_f64())
         };
-        let first_s = row.costs.first().map_or(row.seconds, |cost| time(cost) + waited(cost));
-        let times = later(row).iter().map(time).fold(f64::INFINITY, f64::min);
-        let wall: f64 = row.costs.iter().map(|cost| cost.wall_s).sum();
+
+        let first_s = self.costs.first().map_or(self.seconds, |cost| time(cost) + waited(cost));
+        let mut later: Vec<f64> = self.costs.iter().skip(1).map(time).collect();
+        later.sort_by(f64::total_cmp);
+        let wall: f64 = self.costs.iter().map(|cost| cost.wall_s).sum();
         CostSample {
-            index: row.index,
-            start_s: (row.seconds - wall).max(0.0),
+            index: self.index,
+            start_s: (self.seconds - wall).max(0.0),
             first_s,
-            frame_s: if times.is_finite() { times } else { first_s },
+            frame_s: later.get(later.len() / 2).copied().unwrap_or(first_s),
         }
-    };
-    rows.iter().map(sample).collect()
+    }
 }
 
 #[cfg(test)]
@@ -147,24 +180,27 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_runs_beside_is_left_out() {
-        let cost = |wall_s: f64, cpu: f64| FrameCost { wall_s, cpu_s: Some(cpu), paging: None };
-        let row = |index, costs: Vec<FrameCost>| MeasuredRow { index, seconds: 2.0, costs };
-        // Two workers: half a second of processor time passes in a quarter. The second place had half of the machine.
-        let rows = [
-            row(5, vec![cost(0.5, 1.0), cost(0.25, 0.5), cost(0.3, 0.5)]),
-            row(90, vec![cost(1.0, 1.0), cost(0.6, 0.6), cost(0.8, 0.7)]),
-        ];
-        let samples = undisturbed(&rows);
-        assert_eq!((samples[0].frame_s, samples[0].first_s), (0.25, 0.5));
-        assert_eq!((samples[1].frame_s, samples[1].index), (0.3, 90));
-        assert!((samples[0].start_s - 0.95).abs() < 1e-12);
+    fn processor_time_is_the_measure_where_it_is_known() {
+        let cost = |wall_s: f64, cpu_s| FrameCost { wall_s, cpu_s, paging: None };
+        let row = |costs| MeasuredRow { index: 5, seconds: 3.0, costs };
+        let frames = [(1.0, 1.0), (0.75, 0.5), (0.25, 0.5), (0.25, 0.25)];
+        let disturbed = row(frames.map(|(wall, cpu)| cost(wall, Some(cpu))).to_vec()).sample(2);
+        assert_eq!((disturbed.first_s, disturbed.frame_s, disturbed.start_s), (0.5, 0.25, 0.75));
+        let by_clock = row(frames.map(|(wall, _)| cost(wall, None)).to_vec()).sample(2);
+        assert_eq!((by_clock.first_s, by_clock.frame_s), (1.0, 0.25));
+        let single = row(vec![cost(0.5, None)]).sample(1);
+        assert_eq!((single.first_s, single.frame_s), (0.5, 0.5));
     }
 
     #[test]
-    fn systems_without_processor_time_are_measured_by_the_clock() {
-        let costs = vec![FrameCost { wall_s: 0.5, cpu_s: None, paging: None }; 3];
-        let samples = undisturbed(&[MeasuredRow { index: 0, seconds: 2.0, costs }]);
-        assert_eq!((samples[0].frame_s, samples[0].start_s), (0.5, 0.5));
+    fn places_are_where_loads_differ() {
+        // A hundred frames alike, but for one that has all pages in sight.
+        let mut loads = vec![FrameLoad { mrays: 1.0, pages: 3.0, ..FrameLoad::default() }; 100];
+        loads[37].pages = 60.0;
+        let places = spread(&loads, 4);
+        assert_eq!(places.len(), 4);
+        assert!(places.contains(&37) && places.contains(&25) && places.contains(&75), "{places:?}");
+        assert_eq!(spread(&loads[..2], 9), [0, 1]);
+        assert!(spread(&[], 3).is_empty());
     }
 }
