@@ -1,6 +1,6 @@
 //! `hedgehop plan`: what a flight needs of a database and of the machine, without flying it.
 
-mod times;
+mod levels;
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -8,9 +8,9 @@ use std::time::Duration;
 
 use serde::Serialize;
 
-use crate::area;
 use crate::args::{self, Overlap, Workers};
 use crate::bound_flight::{BoundFlight, FilmRequest};
+use crate::commands::render::{RenderArgs, cost_samples, survey};
 use crate::exit::{self, Failure, Outcome};
 use crate::farm::cost::{CostModel, CostPrediction};
 use crate::interrupt::Interrupt;
@@ -20,13 +20,14 @@ use crate::progress::{Mode, Reporter};
 use crate::scene::{self, SceneArgs};
 use crate::traffic::{self, Traffic};
 use crate::view::{FlightArgs, LookArgs};
-use hedgehop::encode::FrameSet;
+use hedgehop::encode::{FramePattern, FrameSet};
 use hedgehop::flight::FrameRate;
 use hedgehop::memory::{LOOKAHEAD, PageFile, PagePlan};
 use hedgehop::render::{Engine, FlightPlan, NumberedCamera, RenderOptions, Renderer};
 use hedgehop::subimage::Farm;
-use hedgehop::voxel::{Grid, PageId, PageSource};
+use hedgehop::voxel::{PageId, PageSource};
 use hedgehop::{Error, Result};
+use levels::{LevelNeeds, levels};
 
 const EXAMPLE: &str = "\
 Examples:
@@ -96,22 +97,6 @@ pub struct PlanArgs {
     /// Form of progress on standard error
     #[arg(long, value_enum, value_name = "MODE", default_value = "auto")]
     progress: Mode,
-}
-
-/// Needs of the flight on one level.
-#[derive(Debug, Serialize)]
-struct LevelNeeds {
-    /// Units of a voxel's side.
-    level: u32,
-    /// Pages that some frame needs, and bytes of them.
-    pages: u64,
-    bytes: u64,
-    /// Bytes of all pages of the level.
-    bytes_stored: u64,
-    /// Ground under these pages, km².
-    area_km2: f64,
-    /// Farthest of it from the path, metres.
-    reach_m: f64,
 }
 
 /// Resources of this machine.
@@ -228,7 +213,7 @@ pub fn run(args: &PlanArgs, interrupt: &Interrupt) -> Outcome {
     if let Some(memory) = args.memory {
         Memory::of(memory).shares(frames)?;
     }
-    let times = if args.times { Some(times::predict(args, &file, &reporter)?) } else { None };
+    let times = if args.times { Some(predicted(args, &file, &reporter)?) } else { None };
     let report = report(args, &file, &cameras, &planned, frames, times)?;
 
     let text = if args.json {
@@ -241,6 +226,25 @@ pub fn run(args: &PlanArgs, interrupt: &Interrupt) -> Outcome {
     };
 
     Ok(exit::print(&text)?)
+}
+
+/// Predicts the time of each frame.
+fn predicted(args: &PlanArgs, file: &PageFile, reporter: &Reporter) -> Result<CostPrediction> {
+    let output = FramePattern::parse("####.png")?;
+    let render = || {
+        Ok(RenderArgs {
+            frames: args.frames.clone(),
+            workers: Workers { jobs: args.workers.jobs },
+            overlap: args.overlap,
+            look: args.look.clone(),
+            scene: args.scene.clone(),
+            ..RenderArgs::of_flight(args.area.clone(), output.clone(), args.fps, args.flight.clone())
+        })
+    };
+    let survey = survey(&render()?, file, reporter)?;
+    let places = cost_samples::usual_places(survey.numbers.len());
+    let samples = cost_samples::take(&render, &survey, places, reporter)?.samples;
+    Ok(CostPrediction::fit(&survey.numbers, &survey.loads, &samples))
 }
 
 /// A plan, and how many frames it knows nothing of.
@@ -331,39 +335,6 @@ fn report(
     }
 
     Ok(report)
-}
-
-fn levels(file: &PageFile, cameras: &[NumberedCamera], needed: &[PageId]) -> Vec<LevelNeeds> {
-    let header = file.header();
-    let grid = &header.grid;
-    let stored = area::shares(header, file.directory());
-
-    let level_needs = |level: u8| {
-        let own: Vec<_> = needed.iter().filter(|id| id.level == level).collect();
-        let squares = || own.iter().map(|id| grid.page_square(**id));
-        let reach = squares().map(|[low, high]| {
-            let eyes = cameras.iter().map(|frame| frame.camera.pose.eye.truncate());
-            // To the corner that is farthest.
-            let farthest = eyes.map(|eye| (eye - low).abs().max((high - eye).abs()).length());
-            farthest.fold(f64::INFINITY, f64::min)
-        });
-
-        LevelNeeds {
-            level: Grid::side_units(level),
-            pages: own.len() as u64,
-            bytes: own
-                .iter()
-                .filter_map(|id| file.directory().get(**id))
-                .map(|entry| u64::from(entry.length))
-                .sum(),
-            bytes_stored: stored[usize::from(level)].bytes,
-            // The sum of nothing is −0.
-            area_km2: squares().map(|[low, high]| (high - low).element_product()).sum::<f64>() / 1e6 + 0.0,
-            reach_m: reach.fold(0.0, f64::max),
-        }
-    };
-
-    (0..header.level_count).map(level_needs).collect()
 }
 
 impl PlanReport {

@@ -9,7 +9,7 @@ use crate::exit::{self, Failure, Outcome};
 use crate::interrupt::Interrupt;
 use crate::progress::{Mode, Reporter};
 use hedgehop::Error;
-use job::JobOfFrames;
+use job::{JobOfFrames, absolute};
 
 const EXAMPLE: &str = "\
 Examples:
@@ -71,11 +71,6 @@ pub fn run(args: &VerifyFramesArgs, interrupt: &Interrupt) -> Outcome {
     let found = folder::check(&folder, Some(job.expected()?), &reporter)?;
     job.repair(&found.numbers(), &reporter)?;
     tell(&folder, Some(&job), args.json, &reporter)
-}
-
-/// Returns a name that holds in every working folder.
-fn absolute(path: &Path) -> hedgehop::Result<PathBuf> {
-    std::path::absolute(path).map_err(|error| Error::io(path, "find it", error))
 }
 
 /// Checks a folder, and says what was found.

@@ -22,6 +22,7 @@ mod shadow_heights;
 mod sheets;
 mod titles;
 mod trails;
+mod verify_frames;
 mod videos;
 mod views;
 mod vision;

@@ -27,7 +27,7 @@ impl JobOfFrames {
         let mut beside = real.clone().into_os_string();
         beside.push(".job");
         let place = match named {
-            Some(named) => super::absolute(named)?,
+            Some(named) => absolute(named)?,
             None => PathBuf::from(beside),
         };
         if named.is_none() && !place.is_dir() {
@@ -86,4 +86,9 @@ impl JobOfFrames {
         reporter.end();
         farm::list(&self.job, &self.place)
     }
+}
+
+/// Returns a name that holds in every working folder.
+pub fn absolute(path: &Path) -> Result<PathBuf> {
+    std::path::absolute(path).map_err(|error| Error::io(path, "find it", error))
 }
