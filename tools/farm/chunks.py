@@ -28,7 +28,7 @@ def cut(flight, farm, seed):
     """The chunks of a policy.
 
     count: so many frames each; cost: so many predicted seconds each; longest: the same, the longest first;
-    shrinking: each a share of what is left, 1 / (2 workers), and not shorter than a quarter of the mean one.
+    shrinking: each a share of what is left, 1 / (2 processes), and not shorter than a quarter of the mean one.
     """
     costs, frames = predicted(flight, farm, seed), len(flight)
     sums = [0.0, *itertools.accumulate(costs)]
@@ -38,7 +38,7 @@ def cut(flight, farm, seed):
     elif farm.policy in ("cost", "longest"):
         edges = [bisect.bisect_left(sums, sums[-1] * i / number) for i in range(number)] + [frames]
     elif farm.policy == "shrinking":
-        edges = shrinking(sums, farm.workers, sums[-1] / number)
+        edges = shrinking(sums, farm.processes, sums[-1] / number)
     else:
         raise ValueError(f"no policy `{farm.policy}`; there are count, cost, longest and shrinking")
     pairs = zip(edges, edges[1:])
@@ -48,12 +48,12 @@ def cut(flight, farm, seed):
     return chunks
 
 
-def shrinking(sums, workers, mean):
+def shrinking(sums, processes, mean):
     """Edges of chunks whose predicted cost shrinks with what is left."""
     edges = [0]
     while edges[-1] < len(sums) - 1:
         done = sums[edges[-1]]
-        size = max((sums[-1] - done) / (2.0 * workers), mean / 4.0)
+        size = max((sums[-1] - done) / (2.0 * processes), mean / 4.0)
         edge = bisect.bisect_left(sums, done + min(size, 4.0 * mean))
         edges.append(min(len(sums) - 1, max(edges[-1] + 1, edge)))
     return edges

@@ -8,6 +8,7 @@
     a lost worker's chunk goes back to the queue when the loss is seen; whole frames stay
 """
 import bisect
+import dataclasses
 import itertools
 import random
 
@@ -51,12 +52,14 @@ class Run:
     """One simulation: a flight, its chunks, a farm and a seed; `makespan_s`, `ledger` and counts are its results."""
 
     def __init__(self, flight, chunks, farm, seed=0):
+        self.frame_seconds = sum(flight.seconds)
+        if farm.threads > 1:
+            flight = dataclasses.replace(flight, seconds=[cost / farm.threads for cost in flight.seconds])
         self.flight, self.farm = flight, farm
         self.events, self.ledger = Events(), Ledger()
         self.random = random.Random(seed)
         self.storage = Storage(self.events, farm.storage_bytes_per_s, farm.host_bytes_per_s)
-        hosts = -(-farm.workers // farm.processes_per_host)
-        zones = hosts if farm.affinity else 1
+        zones = farm.hosts if farm.affinity else 1
         self.engine = Engine(self.events, farm.task_s, farm.latency_s, self._begin, zones)
         self.times_done = [0] * len(flight)
         self.left = sum(chunk.last - chunk.first for chunk in chunks)
@@ -68,19 +71,19 @@ class Run:
             slow = self.random.random() < farm.slow_tasks
             zone = chunk.first * zones // len(flight)
             self.engine.put(Task(chunk, farm.slow_task_factor if slow else 1.0, zone))
-        self.workers = list(itertools.islice(self._made_workers(hosts), farm.workers))
+        self.workers = list(itertools.islice(self._made_workers(), farm.processes))
         for worker in self.workers:
             self._ask(worker)
             self._live(worker)
         self.events.run(lambda: self._open == 0)
         self._close()
 
-    def _made_workers(self, hosts):
-        farm = self.farm
+    def _made_workers(self):
+        farm, hosts = self.farm, self.farm.hosts
         slow = set(self.random.sample(range(hosts), round(farm.slow_hosts * hosts)))
         for number in range(hosts):
             host = Host(self.events, farm, farm.slow_host_factor if number in slow else 1.0)
-            for _ in range(farm.processes_per_host):
+            for _ in range(max(1, farm.workers_per_host // farm.threads)):
                 yield Worker(host, number)
 
     # A worker's way through a chunk.
@@ -305,4 +308,4 @@ class Run:
     @property
     def efficiency(self):
         """Useful frame time over all time of all workers."""
-        return sum(self.flight.seconds) / (len(self.workers) * self.makespan_s)
+        return self.frame_seconds / (len(self.workers) * self.farm.threads * self.makespan_s)

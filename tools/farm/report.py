@@ -3,11 +3,12 @@ import search
 from ledger import COLUMNS
 
 
-def row(flight, farm, runs, tried, steps):
-    """Figures of one size of farm: of its median run, with the range over the seeds."""
+def row(flight, farm, runs, tried, steps, array=None):
+    """Figures of one size of farm: of its median run, with the range over the seeds.
+
+    `array` is the most tasks that one array of the engine may have, if there is a limit.
+    """
     run = search.median(runs)
-    total = run.ledger.total()
-    lost = {name: run.ledger.seconds[name] / total for name in COLUMNS if name != "useful"}
     middle, least, largest = search.spread(runs)
     found = {
         "workers": farm.workers,
@@ -18,22 +19,32 @@ def row(flight, farm, runs, tried, steps):
         "makespan_range_s": [runs[0].makespan_s, runs[-1].makespan_s],
         "efficiency": middle,
         "efficiency_range": [least, largest],
-        "lost": lost,
+        "lost": shares_lost(run),
         "bytes_read": run.bytes_read,
         "bytes_written": run.bytes_written,
         "manifest_bytes": run.manifest_bytes,
         "storage_busy": run.storage.busy_s / run.makespan_s,
         "engine_busy": run.engine.served * farm.task_s / run.makespan_s,
         "tasks": run.engine.served,
+        "arrays": -(-run.engine.served // array) if array else 1,
         "losses": run.losses,
         "wasted_frames": run.wasted_frames,
         "merge_s": run.merge_s,
         "encode_s": farm.encode_s * len(flight),
         "efficiency_by_chunk_frames": {str(frames): value for frames, value in tried.items()},
-        "mended": [{"by": name, "efficiency": value, "chunk_frames": frames} for name, value, frames in steps],
+        "mended": [
+            {"by": name, "efficiency": run.efficiency, "chunk_frames": frames, "lost": shares_lost(run)}
+            for name, run, frames in steps
+        ],
     }
     found["bottleneck"] = bottleneck(found)
     return found
+
+
+def shares_lost(run):
+    """Shares of all time that were not useful, by column."""
+    total = run.ledger.total()
+    return {name: run.ledger.seconds[name] / total for name in COLUMNS if name != "useful"}
 
 
 def bottleneck(found):
@@ -49,7 +60,8 @@ def bottleneck(found):
 def markdown(rows):
     """The table, and below it what does not reach the goal and what mends it."""
     names = [name for name in COLUMNS if name != "useful"]
-    lines = ["| workers | frames a chunk | makespan | efficiency | " + " | ".join(names) + " | read | written | storage busy |"]
+    head = ["workers", "frames a chunk", "makespan", "efficiency", *(f"{name} %" for name in names)]
+    lines = ["| " + " | ".join([*head, "read", "written", "storage busy"]) + " |"]
     lines.append("|---:" * (7 + len(names)) + "|")
     for found in rows:
         least, largest = found["efficiency_range"]
@@ -61,10 +73,17 @@ def markdown(rows):
         )
     lines.append("")
     for found in rows:
-        lines.append(f"{found['workers']} workers: the most is lost to {found['bottleneck']}. {found['tasks']} tasks, "
-                     f"{found['losses']} losses; film {duration(found['encode_s'])} on one host afterwards.")
+        lines.append(
+            f"{found['workers']} workers: the most is lost to {found['bottleneck']}. {found['tasks']} tasks in "
+            f"{found['arrays']} array(s), {found['losses']} losses; manifests merge in {duration(found['merge_s'])} "
+            f"and move {size(found['manifest_bytes'])}; the film takes {duration(found['encode_s'])} on one host "
+            "afterwards.\n"
+        )
         for step in found["mended"][1:]:
-            lines.append(f"  with {step['by']}: {100 * step['efficiency']:.1f} % ({step['chunk_frames']} frames a chunk)")
+            share, frames = 100 * step["efficiency"], step["chunk_frames"]
+            left = sorted(step["lost"].items(), key=lambda entry: -entry[1])[:3]
+            rest = ", ".join(f"{name} {100 * part:.1f}" for name, part in left)
+            lines.append(f"- and with {step['by']}: {share:.1f} % ({frames} frames a chunk; {rest} % are lost)")
     return "\n".join(lines) + "\n"
 
 

@@ -5,7 +5,7 @@ import statistics
 import chunks as cutting
 import farm as farms
 
-#: Chunks for each worker that are tried.
+#: Chunks for each process that are tried.
 CHUNKS_PER_WORKER = (1, 2, 4, 8, 12, 16, 24, 32, 48, 64)
 
 
@@ -16,7 +16,7 @@ def one(flight, farm, seed, given=None):
 
 def lengths(flight, farm):
     """Chunk lengths that are tried, in frames, the longest first."""
-    found = {max(1, round(len(flight) / (farm.workers * number))) for number in CHUNKS_PER_WORKER}
+    found = {max(1, round(len(flight) / (farm.processes * number))) for number in CHUNKS_PER_WORKER}
     return sorted((frames for frames in found if len(flight) <= 25000 * frames), reverse=True)
 
 
@@ -31,7 +31,8 @@ def best_length(flight, farm, tried=None):
         trial = dataclasses.replace(farm, chunk_frames=frames, steps=1)
         seeds = 5 if len(flight) < 3000 * frames else 1
         value = statistics.mean(one(flight, trial, seed).efficiency for seed in range(seeds))
-        worse = worse + 1 if figures and value < max(figures.values()) else 0
+        many = len(flight) > 1000 * frames
+        worse = worse + 1 if many and figures and value < max(figures.values()) else 0
         figures[frames] = value
         if worse == 2:
             break
@@ -53,6 +54,8 @@ def mends(farm):
     """Changes of a farm that could help: the columns that they make less, what they are called, their parameters."""
     quick = {"task_s": min(0.001, farm.task_s), "latency_s": min(0.003, farm.latency_s)}
     yield ("read",), "hosts that keep to stretches of the flight", {"affinity": 1}
+    if farm.threads == 1:
+        yield ("read",), "processes of four threads", {"threads": 4}
     yield ("read", "write"), "storage four times as fast", {"storage_bytes_per_s": 4 * farm.storage_bytes_per_s}
     yield ("tail",), "costs predicted to 5 %", {"prediction_error": min(0.05, farm.prediction_error)}
     yield ("slow", "tail"), "no slow hosts and tasks", {"slow_hosts": 0.0, "slow_tasks": 0.0}
@@ -66,11 +69,11 @@ def mends(farm):
 def mended(flight, farm, goal, least_gain=0.003, least_loss=0.01):
     """Mends one after the other, each time the one that helps most, until the goal is met or nothing helps.
 
-    The answer is a list of (name, efficiency, frames of a chunk); the first is the farm as it is.
+    The answer is a list of (name, run, frames of a chunk); the first is the farm as it is.
     """
     run = one(flight, farm, 0)
-    steps = [("as it is", run.efficiency, farm.chunk_frames)]
-    while steps[-1][1] < goal:
+    steps = [("nothing", run, farm.chunk_frames)]
+    while run.efficiency < goal:
         found = []
         for columns, name, change in mends(farm):
             other = dataclasses.replace(farm, **change)
@@ -83,10 +86,10 @@ def mended(flight, farm, goal, least_gain=0.003, least_loss=0.01):
             break
         _, name, other = max(found, key=lambda entry: entry[0])
         run = one(flight, other, 0)
-        if run.efficiency < steps[-1][1] + least_gain:
+        if run.efficiency < steps[-1][1].efficiency + least_gain:
             break
         farm = other
-        steps.append((name, run.efficiency, farm.chunk_frames))
+        steps.append((name, run, farm.chunk_frames))
     return steps
 
 

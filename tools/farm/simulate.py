@@ -51,17 +51,17 @@ def arguments(words):
     add("--workers", metavar="N,...", type=numbers, default=[10, 100, 1000], help="[default: 10,100,1000]")
     add("--engine", choices=sorted(engines.ENGINES), default="hq", help="what hands out tasks [default: hq]")
     add("--plan", metavar="FILE", type=pathlib.Path, help="pages of each frame: `hedgehop plan --json`")
-    add("--times", metavar="FILE", type=pathlib.Path, help="seconds of each frame: a JSON list, or `hedgehop bench --json`")
+    add("--times", metavar="FILE", type=pathlib.Path, help="seconds of each frame: JSON list, or `bench --json`")
     add("--chunks", metavar="FILE", type=pathlib.Path, help='JSON list of {"frames": "1-40", "predicted_s": 12.3}')
     add("--set", metavar="NAME=VALUE", type=changed, action="append", default=[], help="a parameter; may be repeated")
     add("--seeds", metavar="N", type=int, default=5, help="runs of each size; the median counts [default: 5]")
-    add("--goal", metavar="SHARE", type=float, default=0.95, help="mends are tried below it; 0 tries none [default: 0.95]")
+    add("--goal", metavar="SHARE", type=float, default=0.95, help="mends are tried below it [default: 0.95]")
     add("--json", metavar="FILE", help="write the rows as JSON; - is standard output, instead of the table")
     add("--parameters", action="store_true", help="list the parameters")
     add("--validate", metavar="PROGRAM", help="compare with real runs of this program here")
     add("--area", metavar="AREA.hop", type=pathlib.Path, help="database of --validate")
     add("--path", metavar="TRACK", type=pathlib.Path, help="path of --validate")
-    add("--render-args", metavar="'FLAG ...'", type=shlex.split, default=[], help="more flags of `render` for --validate")
+    add("--render-args", metavar="'FLAG ...'", type=shlex.split, default=[], help="more flags for --validate")
     add("--rounds", metavar="N", type=int, default=3, help="rounds of --validate [default: 3]")
     return parser.parse_args(words)
 
@@ -81,7 +81,7 @@ def simulated(options):
     flight = flown(options, given)
     if given and max(chunk.last for chunk in given) != len(flight):
         raise ValueError(f"{options.chunks}: the chunks do not end with frame {len(flight)}")
-    task_s, latency_s, _ = engines.ENGINES[options.engine]
+    task_s, latency_s, array = engines.ENGINES[options.engine]
     rows = []
     for workers in options.workers:
         farm = parameters.Farm(workers=workers, task_s=task_s, latency_s=latency_s)
@@ -94,7 +94,7 @@ def simulated(options):
             farm = dataclasses.replace(farm, chunk_frames=frames)
         runs = search.several(flight, farm, options.seeds, given)
         steps = [] if given else search.mended(flight, farm, options.goal)
-        rows.append(report.row(flight, farm, runs, tried, steps))
+        rows.append(report.row(flight, farm, runs, tried, steps, array))
     return rows
 
 

@@ -58,7 +58,8 @@ class Machine:
     def start(self, frames, folder):
         """Begins to render frames, such as `1-40`."""
         line = [self.program, "render", *self.flight_words, "--frames", frames, "-j", "1", "--progress", "none"]
-        return subprocess.Popen(line + ["-o", f"{folder}/######.png"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        line += ["-o", f"{folder}/######.png"]
+        return subprocess.Popen(line, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
     def run(self, lists, processes):
         """Renders lists of frames, so many at once, each in a folder of its own."""
@@ -95,11 +96,12 @@ def ranges(chunks):
 
 @dataclasses.dataclass
 class Calibration:
-    """One process, alone and beside another: seconds of frames, of a start, and how much slower two are."""
+    """One process, alone and beside another: seconds of frames and of a start, its cores, how much slower two are."""
 
     seconds: list
     start_s: float
     busy_slowdown: float
+    overlap: float
     single: Measured
     pair: Measured
 
@@ -107,17 +109,17 @@ class Calibration:
 def calibrate(machine, shape):
     """Measures one process that renders single frames and all, and two that render all."""
     count = len(shape)
-    picked = (0, count // 2, count - 1)
-    alone = [machine.run([f"{frame + 1}"], 1).cpu_s for frame in picked for _ in range(2)]
+    picked = [0, count // 2, count - 1] * 2
+    alone = [machine.run([f"{frame + 1}"], 1).cpu_s for frame in picked]
     single = machine.run([f"1-{count}"], 1)
     pair = machine.run([f"1-{count}"] * 2, 2)
 
     scale = single.cpu_s / sum(shape)
-    start_s = statistics.median(cpu - scale * shape[frame] for cpu, frame in zip(alone, [f for f in picked for _ in range(2)]))
-    start_s = max(0.0, start_s)
+    start_s = max(0.0, statistics.median(cpu - scale * shape[frame] for cpu, frame in zip(alone, picked)))
     scale = (single.cpu_s - start_s) / sum(shape)
     slowdown = max(1.0, pair.cpu_s / 2.0 / single.cpu_s)
-    return Calibration([scale * cost for cost in shape], start_s, slowdown, single, pair)
+    overlap = max(1.0, single.cpu_s / single.wall_s)
+    return Calibration([scale * cost for cost in shape], start_s, slowdown, overlap, single, pair)
 
 
 def predict(calibration, processes, cores, dispatch_s):
@@ -126,8 +128,9 @@ def predict(calibration, processes, cores, dispatch_s):
     nothing = [0.0] * count
     flight = flights.Flight(calibration.seconds, nothing, nothing, nothing, 0.0, 0.0)
     farm = dataclasses.replace(
-        plain(count), workers=processes, processes_per_host=processes, cores_per_host=cores,
-        busy_slowdown=calibration.busy_slowdown, start_s=calibration.start_s, task_s=dispatch_s,
+        plain(count), workers=processes, workers_per_host=processes, cores_per_host=cores,
+        busy_slowdown=calibration.busy_slowdown, overlap=calibration.overlap, start_s=calibration.start_s,
+        task_s=dispatch_s,
     )
     return farms.Run(flight, cutting.cut(flight, farm, 0), farm).makespan_s
 
@@ -140,7 +143,7 @@ def plain(count):
     )
 
 
-def quiet(machine, patience_s=30.0):
+def quiet(machine, patience_s=40.0):
     """Waits until others leave the cores alone for two seconds, but not for long."""
     end = time.monotonic() + patience_s
     while time.monotonic() < end:
@@ -168,15 +171,18 @@ def compared(options):
         calibration = calibrate(machine, shape)
         for processes in (2, 3, 4):
             run = machine.run(lists, processes)
+            left, before = run.left(machine.cores), calibration.pair.left(machine.cores)
             rows.append({
                 "round": number + 1,
                 "processes": processes,
                 "measured_s": run.wall_s,
-                "predicted_s": predict(calibration, processes, run.left(machine.cores), run.dispatch_s),
-                "predicted_before_s": predict(calibration, processes, calibration.pair.left(machine.cores), run.dispatch_s),
+                "predicted_s": predict(calibration, processes, left, run.dispatch_s),
+                "predicted_before_s": predict(calibration, processes, before, run.dispatch_s),
+                "cores": machine.cores,
                 "cpu_s": run.cpu_s,
-                "cores_left": run.left(machine.cores),
-                "cores_left_before": calibration.pair.left(machine.cores),
+                "overlap": calibration.overlap,
+                "cores_left": left,
+                "cores_left_before": before,
                 "start_s": calibration.start_s,
                 "busy_slowdown": calibration.busy_slowdown,
                 "dispatch_s": run.dispatch_s,
@@ -193,21 +199,33 @@ def frames_of(machine):
 
 def markdown(rows):
     """The table of --validate, and the medians over the rounds."""
-    lines = ["| round | processes | measured | predicted | off by | cores left | by the cores before | off by | cores left | CPU | slow-down | start | one process: CPU | wall |"]
-    lines.append("|" + "---:|" * 14)
+    head = ["round", "processes", "measured", "predicted", "off by", "cores left", "by the cores before", "off by"]
+    head += ["cores left", "CPU", "slow-down", "start", "one process: CPU", "wall"]
+    lines = ["| " + " | ".join(head) + " |", "|" + "---:|" * len(head)]
     off = lambda row, key: 100.0 * (row[key] / row["measured_s"] - 1.0)
     for row in rows:
         lines.append(
             f"| {row['round']} | {row['processes']} | {row['measured_s']:.2f} s "
             f"| {row['predicted_s']:.2f} s | {off(row, 'predicted_s'):+.1f} % | {row['cores_left']:.2f} "
-            f"| {row['predicted_before_s']:.2f} s | {off(row, 'predicted_before_s'):+.1f} % | {row['cores_left_before']:.2f} "
+            f"| {row['predicted_before_s']:.2f} s | {off(row, 'predicted_before_s'):+.1f} % "
+            f"| {row['cores_left_before']:.2f} "
             f"| {row['cpu_s']:.2f} s | {row['busy_slowdown']:.3f} | {row['start_s']:.3f} s "
             f"| {row['single_cpu_s']:.2f} s | {row['single_wall_s']:.2f} s |"
         )
     lines.append("")
     for processes in sorted({row["processes"] for row in rows}):
         chosen = [row for row in rows if row["processes"] == processes]
-        middle = lambda key: statistics.median(off(row, key) for row in chosen)
-        lines.append(f"{processes} processes: off by {middle('predicted_s'):+.1f} %, with the cores of before "
-                     f"{middle('predicted_before_s'):+.1f} % (medians of {len(chosen)} rounds)")
+        calm = [row for row in chosen if row["cores_left"] > 0.9 * row["cores"]]
+        words = []
+        for key, name, some in (
+            ("predicted_s", "all runs", chosen),
+            ("predicted_s", "undisturbed runs", calm),
+            ("predicted_before_s", "all runs by the cores before", chosen),
+        ):
+            if some:
+                offs = [off(row, key) for row in some]
+                words.append(
+                    f"{name} ({len(some)}) {statistics.median(offs):+.1f} % ({min(offs):+.1f} to {max(offs):+.1f})"
+                )
+        lines.append(f"{processes} processes, off by: {'; '.join(words)}")
     return "\n".join(lines) + "\n"
