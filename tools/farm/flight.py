@@ -92,6 +92,18 @@ def of_files(kind, count=None, plan=None, times=None):
     return Flight(seconds, lows, highs, [kind.frame_bytes] * count, kind.first_s, kind.check_s)
 
 
+def of_chunks(kind, chunks, error, stretch, seed=0):
+    """A flight whose chunks take what was predicted, but for an error that neighbouring frames share."""
+    count = max(chunk.last for chunk in chunks)
+    line = smooth(random.Random(seed), count, stretch)
+    seconds = [0.0] * count
+    for chunk in chunks:
+        for frame in range(chunk.first, chunk.last):
+            each = chunk.predicted_s / (chunk.last - chunk.first)
+            seconds[frame] = each * math.exp(error * line[frame])
+    return dataclasses.replace(made_up(kind, count), seconds=seconds)
+
+
 def read_times(path):
     """Seconds of each frame: a JSON list of numbers, or what `hedgehop bench --json` writes."""
     value = json.loads(path.read_text(encoding="utf-8"))

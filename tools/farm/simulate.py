@@ -2,7 +2,7 @@
 """Simulates render farms: how long a flight takes, what is wasted, how many bytes move, and where it breaks.
 
     simulate.py [--kind film] [--frames 100000] [--workers 10,100,1000] [--engine hq] [--set NAME=VALUE ...]
-    simulate.py --chunks job.json --workers 100       chunks that were cut elsewhere
+    simulate.py --chunks job.json --workers 100       chunks that were cut elsewhere, and what they should take
     simulate.py --validate hedgehop --area AREA.hop --path TRACK     this machine beside its simulation
 
 README.md tells the model; --parameters lists its parameters with units, defaults and where these come from.
@@ -67,9 +67,12 @@ def arguments(words):
 
 
 def flown(options, given):
-    """The flight that the options ask for."""
+    """The flight that the options ask for; of chunks alone, their predicted seconds count."""
     kind = flights.KINDS[options.kind]
     count = options.frames or (max(chunk.last for chunk in given) if given else 100000)
+    if given and not options.times and not options.plan:
+        farm = dataclasses.replace(parameters.Farm(), **dict(options.set))
+        return flights.of_chunks(kind, given, farm.prediction_error, farm.error_frames)
     if options.plan or options.times:
         return flights.of_files(kind, count, options.plan, options.times)
     return flights.made_up(kind, count)

@@ -239,6 +239,9 @@ class Parts(unittest.TestCase):
             self.assertEqual([(c.first, c.last) for c in chunks], [(40, 50), (0, 40), (50, 51)])
             run = ran(level(51), chunks=chunks, workers=2)
             self.assertAlmostEqual(run.makespan_s, 40.0)
+            flight = flights.of_chunks(flights.KINDS["film"], chunks, 0.0, 10)
+            self.assertAlmostEqual(sum(flight.seconds[:40]), 12.3)
+            self.assertAlmostEqual(sum(flight.seconds), 15.8)
             file.write_text(json.dumps(good[:1] + good[2:]), encoding="utf-8")
             self.assertRaises(ValueError, cutting.read, file)
 
