@@ -52,7 +52,7 @@ class Farm:
     repair_s: float = parameter(120.0, "s until the worker is back after that", "assumed")
 
     chunk_frames: int = parameter(0, "frames of a chunk on the mean; 0 is the best of several", "searched")
-    policy: str = parameter("longest", "count, cost, longest or shrinking", "the best of these")
+    policy: str = parameter("shrinking", "count, cost, longest or shrinking", "the best of these")
     affinity: int = parameter(
         0, "1: each host keeps to its stretch of the flight while that lasts",
         "no engine here does it",
