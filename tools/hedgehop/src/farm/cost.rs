@@ -173,6 +173,40 @@ impl CostModel {
     }
 }
 
+/// Returns the frame that is worth a sample next to these, which rise by their index; `None` if all frames are known.
+///
+/// Between two samples two predictions are at hand: the model's, and the straight line from one time to the other. Where they, or the two times,
+/// differ most, over most frames, least is known.
+pub fn least_known(loads: &[FrameLoad], samples: &[CostSample]) -> Option<usize> {
+    let model = fit_terms(loads, samples);
+    let mut bounds = vec![None];
+    bounds.extend(samples.iter().map(Some));
+    bounds.push(None);
+
+    let mut worst: Option<(f64, usize)> = None;
+    for pair in bounds.windows(2) {
+        let begin = pair[0].map_or(0, |sample| sample.index + 1);
+        let end = pair[1].map_or(loads.len(), |sample| sample.index);
+        let (Some(before), Some(after)) = (pair[0].or(pair[1]), pair[1].or(pair[0])) else { continue };
+        let step = (after.frame_s - before.frame_s).abs();
+        let doubt = |index: usize| {
+            let way = (index + 1 - begin) as f64 / (end + 1 - begin) as f64;
+            let line = before.frame_s * (1.0 - way) + after.frame_s * way;
+            // Beside a sample nothing new is seen, and a flight that is equal everywhere is halved.
+            let room = 4.0 * way * (1.0 - way);
+            let differ = (model.corrected(loads, samples, index) - line).abs() + 0.25 * step;
+            room * (differ + 0.01 * line)
+        };
+
+        let sum: f64 = (begin..end).map(doubt).sum();
+        let place = (begin..end).max_by(|a, b| doubt(*a).total_cmp(&doubt(*b)));
+        if let Some(place) = place.filter(|_| worst.is_none_or(|(most, _)| sum > most)) {
+            worst = Some((sum, place));
+        }
+    }
+    worst.map(|(_, place)| place)
+}
+
 /// Fits the terms of frames to samples: no weight below zero, and the least sum of squares of relative errors, by
 /// coordinate descent (Franc, Hlaváč and Navara 2005).
 fn fit_terms(loads: &[FrameLoad], samples: &[CostSample]) -> CostModel {
@@ -250,6 +284,31 @@ mod tests {
             let told = found.frames[frame] - 0.01;
             assert!((told / costs[frame] - 1.0).abs() < 0.05, "{frame}: {told} {}", costs[frame]);
         }
+    }
+
+    #[test]
+    fn samples_gather_where_least_is_known() {
+        // Frames 120 to 139 cost ten times as much, which no term tells.
+        let cost = |index: usize| if (120..140).contains(&index) { 1.0 } else { 0.1 };
+        let loads = vec![FrameLoad { mrays: 1.0, ..FrameLoad::default() }; 400];
+        let sample = |index: usize| {
+            let frame_s = cost(index);
+            CostSample { index, start_s: 0.0, first_s: frame_s, frame_s }
+        };
+        let mut samples: Vec<_> = [50, 130, 250, 350].map(sample).to_vec();
+        for _ in 0..8 {
+            let index = least_known(&loads, &samples).unwrap();
+            samples.push(sample(index));
+            samples.sort_by_key(|sample| sample.index);
+        }
+        assert!(
+            samples.iter().filter(|sample| (90..170).contains(&sample.index)).count() >= 5,
+            "{samples:?}"
+        );
+
+        let one = [sample(0)];
+        assert_eq!(least_known(&loads[..1], &one), None);
+        assert!(least_known(&loads[..3], &one).is_some());
     }
 
     #[test]

@@ -55,7 +55,7 @@ pub struct SubmitArgs {
     #[arg(long, value_name = "TIME", value_parser = duration, default_value = "60s", conflicts_with = "chunks")]
     chunk_time: f64,
 
-    /// Places of the flight where sample frames are rendered; 0: chunks have equal counts of frames [default: 6 to 24, one for 40 frames]
+    /// Places of the flight where sample frames are rendered; 0: chunks have equal counts of frames [default: 9 to 40, one for 40 frames]
     #[arg(long, value_name = "N")]
     samples: Option<usize>,
 

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use super::{RenderArgs, Survey, fly};
-use crate::farm::cost::{CostSample, FrameLoad};
+use crate::farm::cost::{CostSample, FrameLoad, least_known};
 use crate::frame_ranges::ranges;
 use crate::progress::{Mode, Reporter};
 use hedgehop::encode::sidecar::{FrameCost, Manifest};
@@ -14,12 +14,12 @@ use hedgehop::progress::Observer;
 use hedgehop::{Error, Result};
 
 /// Frames in a row at each place: the first waits for its pages, and the others tell what a frame costs.
-const IN_A_ROW: usize = 4;
+const IN_A_ROW: usize = 3;
 /// A place stands for so many frames, if the number of places allows.
 const FRAMES_A_PLACE: usize = 40;
 /// Places, at least and at most, unless the user says how many.
-const FEWEST: usize = 6;
-const MOST: usize = 24;
+const FEWEST: usize = 9;
+const MOST: usize = 40;
 
 /// Samples of a flight, and what its frames are made of.
 #[derive(Debug)]
@@ -50,66 +50,38 @@ pub fn take(
     let folder = tempfile::tempdir()
         .map_err(|error| Error::io(std::env::temp_dir(), "make a folder for sample frames in it", error))?;
     let silent = reporter.with_mode(Mode::Silent);
-    let places = spread(loads, places.max(1));
-    let mut rows = Vec::new();
+    let places = places.clamp(1, numbers.len().max(1));
+    let mut samples: Vec<CostSample> = Vec::new();
     let mut made_of = None;
-    let mut workers = 1;
 
-    reporter.begin("sample", places.len() as u64, "places");
-    for place in places {
+    reporter.begin("sample", places as u64, "places");
+    for place in 0..places {
+        let Some(index) = next_place(place, places, loads, &samples) else { break };
         let args = flags()?;
-        workers = args.workers.count();
-        let index = place.saturating_sub(IN_A_ROW / 2).min(numbers.len().saturating_sub(IN_A_ROW));
+        let workers = args.workers.count();
         let row = &numbers[index..numbers.len().min(index + IN_A_ROW)];
         let (manifest, seconds) = render_row(args, row, &folder.path().join(place.to_string()), &silent)?;
         let costs = manifest.frames.iter().filter_map(|frame| frame.cost).collect();
-        rows.push(MeasuredRow { index, seconds, costs });
+        samples.push(MeasuredRow { index, seconds, costs }.sample(workers));
+        samples.sort_by_key(|sample| sample.index);
         made_of.get_or_insert(manifest.without_frames());
         reporter.advance(1);
     }
     reporter.end();
 
     let made_of = made_of.ok_or_else(|| Error::Configuration("there is no frame to render".into()))?;
-    let samples = rows.iter().map(|row| row.sample(workers)).collect();
     Ok(CostSamples { samples, made_of })
 }
 
-/// Chooses frames to look at, rising: half of them evenly along the flight, then always the one whose load is least like that of
-/// any before (Gonzalez 1985).
-fn spread(loads: &[FrameLoad], count: usize) -> Vec<usize> {
-    let count = count.min(loads.len());
-    let even = count.div_ceil(2);
-    let mut chosen: Vec<usize> =
-        (0..even).map(|place| (2 * place + 1) * loads.len() / (2 * even.max(1))).collect();
-
-    let terms = |index: usize| {
-        let load = &loads[index];
-        [index as f64, load.mrays, load.pages, load.bodies]
-    };
-    let largest = (0..loads.len())
-        .map(terms)
-        .fold([0.0_f64; 4], |largest, terms| std::array::from_fn(|term| largest[term].max(terms[term])));
-    let distance = |one: usize, other: usize| -> f64 {
-        let (one, other) = (terms(one), terms(other));
-        let squares = (0..4).map(|term| ((one[term] - other[term]) / largest[term].max(1e-9)).powi(2));
-        squares.sum()
-    };
-
-    let mut nearest: Vec<f64> = (0..loads.len())
-        .map(|index| chosen.iter().map(|other| distance(index, *other)).fold(f64::INFINITY, f64::min))
-        .collect();
-    while chosen.len() < count {
-        let Some(farthest) = (0..loads.len()).max_by(|a, b| nearest[*a].total_cmp(&nearest[*b])) else {
-            break;
-        };
-        chosen.push(farthest);
-        for (index, least) in nearest.iter_mut().enumerate() {
-            *least = least.min(distance(index, farthest));
-        }
-    }
-    chosen.sort_unstable();
-    chosen.dedup();
-    chosen
+/// Returns the first frame of the next place: half of them lie evenly along the flight, the others where least is known.
+fn next_place(place: usize, places: usize, loads: &[FrameLoad], samples: &[CostSample]) -> Option<usize> {
+    let even = places.div_ceil(2);
+    let middle =
+        if place < even { (2 * place + 1) * loads.len() / (2 * even) } else { least_known(loads, samples)? };
+    let first = middle.saturating_sub(IN_A_ROW / 2).min(loads.len().saturating_sub(IN_A_ROW));
+    // Two rows may overlap, but not be the same.
+    let is_free = |index: &usize| samples.iter().all(|sample| sample.index != *index);
+    [first, middle].into_iter().find(is_free)
 }
 
 /// Renders frames into `folder`; returns their manifest, and the time that passed, seconds.
@@ -163,14 +135,13 @@ impl MeasuredRow {
         };
 
         let first_s = self.costs.first().map_or(self.seconds, |cost| time(cost) + waited(cost));
-        let mut later: Vec<f64> = self.costs.iter().skip(1).map(time).collect();
-        later.sort_by(f64::total_cmp);
+        let later: Vec<f64> = self.costs.iter().skip(1).map(time).collect();
         let wall: f64 = self.costs.iter().map(|cost| cost.wall_s).sum();
         CostSample {
             index: self.index,
             start_s: (self.seconds - wall).max(0.0),
             first_s,
-            frame_s: later.get(later.len() / 2).copied().unwrap_or(first_s),
+            frame_s: if later.is_empty() { first_s } else { later.iter().sum::<f64>() / later.len() as f64 },
         }
     }
 }
@@ -183,24 +154,25 @@ mod tests {
     fn processor_time_is_the_measure_where_it_is_known() {
         let cost = |wall_s: f64, cpu_s| FrameCost { wall_s, cpu_s, paging: None };
         let row = |costs| MeasuredRow { index: 5, seconds: 3.0, costs };
-        let frames = [(1.0, 1.0), (0.75, 0.5), (0.25, 0.5), (0.25, 0.25)];
+        let frames = [(1.0, 1.0), (0.75, 0.5), (0.25, 0.5)];
         let disturbed = row(frames.map(|(wall, cpu)| cost(wall, Some(cpu))).to_vec()).sample(2);
-        assert_eq!((disturbed.first_s, disturbed.frame_s, disturbed.start_s), (0.5, 0.25, 0.75));
+        assert_eq!((disturbed.first_s, disturbed.frame_s, disturbed.start_s), (0.5, 0.25, 1.0));
         let by_clock = row(frames.map(|(wall, _)| cost(wall, None)).to_vec()).sample(2);
-        assert_eq!((by_clock.first_s, by_clock.frame_s), (1.0, 0.25));
+        assert_eq!((by_clock.first_s, by_clock.frame_s), (1.0, 0.5));
         let single = row(vec![cost(0.5, None)]).sample(1);
         assert_eq!((single.first_s, single.frame_s), (0.5, 0.5));
     }
 
     #[test]
-    fn places_are_where_loads_differ() {
-        // A hundred frames alike, but for one that has all pages in sight.
-        let mut loads = vec![FrameLoad { mrays: 1.0, pages: 3.0, ..FrameLoad::default() }; 100];
-        loads[37].pages = 60.0;
-        let places = spread(&loads, 4);
-        assert_eq!(places.len(), 4);
-        assert!(places.contains(&37) && places.contains(&25) && places.contains(&75), "{places:?}");
-        assert_eq!(spread(&loads[..2], 9), [0, 1]);
-        assert!(spread(&[], 3).is_empty());
+    fn places_are_all_different() {
+        let loads = vec![FrameLoad { mrays: 1.0, ..FrameLoad::default() }; 12];
+        let mut samples: Vec<CostSample> = Vec::new();
+        for place in 0..9 {
+            let index = next_place(place, 9, &loads, &samples).unwrap();
+            samples.push(CostSample { index, start_s: 0.0, first_s: 1.0, frame_s: 1.0 });
+            samples.sort_by_key(|sample| sample.index);
+        }
+        assert!(samples.windows(2).all(|pair| pair[0].index < pair[1].index), "{samples:?}");
+        assert_eq!(next_place(0, 1, &loads[..2], &[]), Some(0));
     }
 }
