@@ -84,7 +84,7 @@ mod tests {
     fn rays_to_the_sky_are_not_counted() {
         let looking = |pitch| {
             let attitude = Attitude { yaw: 30.0, pitch, roll: 0.0 };
-            ground_mrays(&Camera::new(Pose { eye: glam::DVec3::Z * 100.0, attitude }, 1000, 1000))
+            ground_mrays(&Camera::new(Pose { eye: glam::DVec3::Z * 100.0, attitude, hfov: 60.0 }, 1000, 1000))
         };
         assert_eq!((looking(-90.0), looking(90.0)), (1.0, 0.0));
         assert!((looking(0.0) - 0.5).abs() < 0.04, "{}", looking(0.0));
