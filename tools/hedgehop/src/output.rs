@@ -59,7 +59,7 @@ pub struct Files<'a> {
     /// Labels that they hold instead of pictures, if they do.
     labels: Option<Labelling>,
     digest: String,
-    /// From the database's reference system to degrees; `None` of a local one.
+    /// Transform of the database's reference system to degrees; `None` of a local one.
     degrees: Option<Transform>,
     written: Mutex<BTreeMap<u64, Written>>,
 }

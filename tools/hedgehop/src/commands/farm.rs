@@ -1,6 +1,7 @@
 //! `hedgehop farm`: a flight on many machines, by the scheduler that a site has.
 
 mod cancel;
+pub mod cost_samples;
 mod finish;
 mod handing_out;
 mod request;

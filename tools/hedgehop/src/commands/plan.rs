@@ -10,7 +10,8 @@ use serde::Serialize;
 
 use crate::args::{self, Overlap, Workers};
 use crate::bound_flight::{BoundFlight, FilmRequest};
-use crate::commands::render::{RenderArgs, cost_samples, survey};
+use crate::commands::farm::cost_samples;
+use crate::commands::render::{RenderArgs, survey};
 use crate::exit::{self, Failure, Outcome};
 use crate::farm::cost::{CostModel, CostPrediction};
 use crate::interrupt::Interrupt;

@@ -1,12 +1,12 @@
 //! `hedgehop render`: a flight path through a database, or views of it, as frames, a stream or a film.
 
 mod conflicts;
-pub mod cost_samples;
 mod film_args;
 mod filming;
 mod flags;
 mod notes;
 mod replacing;
+mod request;
 mod settings;
 mod survey;
 
@@ -20,36 +20,34 @@ use std::time::Instant;
 
 use crate::aov::{AovInputs, AovKind};
 use crate::area;
-use crate::bound_flight::{BoundFlight, FilmMotion, FilmRequest};
+use crate::bound_flight::{BoundFlight, FilmMotion};
 use crate::commands::render::filming::fly_film;
 use crate::commands::render::flags::WORKERS_PER_ENCODER;
+use crate::commands::render::request::{FrameRequest, bind, render_options};
 use crate::commands::render::settings::settings;
 use crate::exit::{self, Outcome, STDOUT};
 use crate::farm::work::ChunkWork;
 use crate::finish::{self, Finishing};
 use crate::interrupt::Interrupt;
-use crate::memory::{self, Frames, Late};
+use crate::memory::{self, Late};
 use crate::output::{Files, Origin, Stdout, Stream, WRITER, unfinished};
-use crate::own_body;
 use crate::product::Product;
 use crate::progress::Reporter;
 use crate::running_sun;
-use crate::scene::{self, Playing};
-use crate::screen::Setup;
+use crate::scene::Playing;
 use crate::sequence::{Fineness, Sequence, Shot};
 use crate::titling::{self, FilmTitles};
 use crate::traffic::Traffic;
 use crate::trust::{self, DamagedPage};
 use hedgehop::earth::Curvature;
 use hedgehop::encode::atomic::write_with;
-use hedgehop::encode::video::{VideoSettings, encode_video};
-use hedgehop::encode::{FramePattern, FrameSet, Target};
+use hedgehop::encode::video::encode_video;
+use hedgehop::encode::{FramePattern, Target};
 use hedgehop::flight::FrameRate;
 use hedgehop::frame::map_offset;
 use hedgehop::memory::{PageFile, Paging, ResidentPages};
 use hedgehop::progress::Observer;
 use hedgehop::render::{NumberedCamera, RenderOptions, Renderer};
-use hedgehop::scene::{Finish, Scene, Titling};
 use hedgehop::subimage::Farm;
 use hedgehop::voxel::{Header, PageSource};
 use hedgehop::{Error, Result, Size};
@@ -125,85 +123,6 @@ impl Done {
             megapixels / seconds
         )
     }
-}
-
-/// Frames as flags and the scene ask for them.
-struct FrameRequest {
-    /// Scene, if there is one.
-    scene: Option<Scene>,
-    /// Steps from light to a picture.
-    finish: Finish,
-    /// Text and figures over the picture.
-    titling: Titling,
-    /// Screen of the frames.
-    setup: Setup,
-    /// Product of each frame.
-    product: Product,
-    /// Film to be made, if one is.
-    film: Option<VideoSettings>,
-}
-
-impl FrameRequest {
-    /// Reads the scene and refuses flags that do not go together.
-    fn read(args: &RenderArgs, reporter: &Reporter) -> Result<Self> {
-        let scene = args.trails.add_to(args.scene.read(reporter)?, &args.flight, reporter)?;
-        let finish = args.finish.finish(scene.as_ref())?;
-        let titling = args.titling.titling(scene.as_ref())?;
-        let setup = args.film.sized(&args.flight.screen)?.setup()?.behind_lens(finish.distortion)?;
-        let scene = if setup.is_map() { scene } else { own_body::add_to(scene, &args.flight, reporter)? };
-        conflicts::check_combination(args, scene.as_ref(), &setup)?;
-        conflicts::check_views(args, &finish, &titling)?;
-        conflicts::check_labels(args, &finish)?;
-        args.aov.check(args.target(), &setup)?;
-        let product = match args.target() {
-            Some(Target::Exr | Target::Npy) => Product::Frame,
-            Some(Target::Png) if args.labels.labels.is_some() => Product::Frame,
-            Some(Target::Png | Target::Y4m) | None => Product::Picture,
-        };
-
-        // Workers of a farm leave the film to the end of the job.
-        let film = if args.work.is_worker() { None } else { args.film.settings(args.fps)? };
-        film.iter().try_for_each(|film| conflicts::check_film(args, scene.as_ref(), film))?;
-        Ok(Self { scene, finish, titling, setup, product, film })
-    }
-
-    /// Returns what the flight's frames take of the memory.
-    fn frames(&self, aov_bytes: u64, in_flight: usize, encoders: usize) -> Frames {
-        let is_gathered =
-            self.finish.gathers() || self.finish.is_developed() && self.product == Product::Picture;
-        Frames {
-            size: self.setup.size,
-            product: self.product,
-            gathered: if is_gathered { self.finish.antialias } else { 0 },
-            has_objects: scene::has_objects(self.scene.as_ref()),
-            aov_bytes,
-            in_flight,
-            encoders,
-        }
-    }
-}
-
-/// Binds path, cameras and scene to the database, whose ground is read from `ground`.
-fn bind(
-    args: &RenderArgs,
-    request: &FrameRequest,
-    work: Option<&ChunkWork>,
-    ground: &dyn PageSource,
-    reporter: &Reporter,
-) -> Result<BoundFlight> {
-    let FrameRequest { scene, finish, setup, .. } = request;
-    let scene = scene.as_ref();
-    let chosen = work.map(|work| &work.frames).or(args.frames.as_ref());
-    let choose = |count| Ok(chosen.cloned().unwrap_or_else(|| FrameSet::all(count)));
-    let sun = args.look.running_sun(scene)?;
-    let film = FilmRequest { file: &args.area, source: ground, setup, fps: args.fps, scene, sun };
-    let bound = BoundFlight::bind(&args.flight, &film, choose, reporter)?;
-    finish::check_lens(&bound.cameras, finish)?;
-    if let Some(note) = scene.filter(|_| setup.is_map()).and_then(scene::left_out_of_map) {
-        reporter.note(&note);
-    }
-
-    Ok(bound)
 }
 
 /// Renders everything that `args` asks for. Frames that are finished when something goes wrong stay, and are listed.
@@ -305,27 +224,6 @@ fn fly_frames(
         kept: cameras.len() - rendered,
         seconds: begun.elapsed().as_secs_f64(),
     })
-}
-
-/// Returns the options of the engine, and notes shadows of another sun in the database's colours.
-fn render_options(
-    args: &RenderArgs,
-    scene: Option<&Scene>,
-    header: &Header,
-    motion: &FilmMotion,
-    reporter: &Reporter,
-) -> Result<RenderOptions> {
-    let look = RenderOptions {
-        engine: args.instructions.engine(),
-        matte: args.aov.has(AovKind::Cryptomatte),
-        ..args.look.options(scene, header)?
-    };
-    let options = args.flight.world.apply(header, look);
-    let still = motion.sky.is_none().then_some(options.sun);
-    if let Some(note) = notes::other_sun(&args.area, header, still) {
-        reporter.note(&note);
-    }
-    Ok(options)
 }
 
 /// Returns what frames need for the further channels that were asked for.

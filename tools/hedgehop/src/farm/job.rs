@@ -76,9 +76,9 @@ pub struct FarmChunk {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]
 pub enum PageCheck {
-    /// All of them
+    /// All pages
     Whole,
-    /// Those that its frames may touch
+    /// Pages that the worker's frames may touch
     Planned,
 }
 

@@ -116,11 +116,11 @@ fn is_on_path(command: &str) -> bool {
 /// Fate of what would be handed out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Handing {
-    /// It is printed, and nothing is written.
+    /// Printed; nothing is written.
     Printed,
-    /// It is written and printed.
+    /// Written and printed.
     Written,
-    /// It is written and run.
+    /// Written and run.
     Run,
 }
 

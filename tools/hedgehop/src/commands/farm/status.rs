@@ -28,12 +28,12 @@ pub struct StatusArgs {
 /// Whether somebody is at a chunk.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
-enum Stage {
+enum ChunkStage {
     /// All of its frames are there.
     Done,
     /// A worker holds it.
     Running,
-    /// Its last try ended with a failure.
+    /// The last try ended with a failure.
     Failed,
     /// A try began and never told its end, and nobody is known to be at it: it was killed, or runs where locks are not seen.
     Open,
@@ -45,7 +45,7 @@ enum Stage {
 #[derive(Debug, Serialize)]
 struct ChunkReport {
     chunk: u64,
-    stage: Stage,
+    stage: ChunkStage,
     frames: u64,
     finished: u64,
     tries: usize,
@@ -57,7 +57,7 @@ struct ChunkReport {
     silent_s: Option<f64>,
 }
 
-/// How far a job is.
+/// Progress of a job.
 #[derive(Debug, Serialize)]
 struct JobReport {
     job: String,
@@ -87,11 +87,11 @@ fn report(job: &FarmJob, args: &StatusArgs) -> Result<JobReport> {
     for ((number, state), chunk) in (1..).zip(&states).zip(&job.chunks) {
         let missing = unfinished(job, number, &args.job, state)?;
         let stage = match (missing.is_empty(), state) {
-            (true, _) => Stage::Done,
-            (false, _) if is_locked(&args.job, number) => Stage::Running,
-            (false, ChunkState { tries: 0, .. }) => Stage::Waiting,
-            (false, ChunkState { failure: Some(_), .. }) => Stage::Failed,
-            (false, _) => Stage::Open,
+            (true, _) => ChunkStage::Done,
+            (false, _) if is_locked(&args.job, number) => ChunkStage::Running,
+            (false, ChunkState { tries: 0, .. }) => ChunkStage::Waiting,
+            (false, ChunkState { failure: Some(_), .. }) => ChunkStage::Failed,
+            (false, _) => ChunkStage::Open,
         };
         let silent = state.touched.and_then(|time| SystemTime::now().duration_since(time).ok());
         chunks.push(ChunkReport {
@@ -128,17 +128,19 @@ impl JobReport {
             self.finished,
             self.frames,
             self.chunks.len(),
-            count(Stage::Done),
-            count(Stage::Running),
-            count(Stage::Failed),
-            count(Stage::Open),
-            count(Stage::Waiting),
+            count(ChunkStage::Done),
+            count(ChunkStage::Running),
+            count(ChunkStage::Failed),
+            count(ChunkStage::Open),
+            count(ChunkStage::Waiting),
             self.left_s
         );
-        for chunk in self.chunks.iter().filter(|chunk| !matches!(chunk.stage, Stage::Done | Stage::Waiting)) {
+        for chunk in
+            self.chunks.iter().filter(|chunk| !matches!(chunk.stage, ChunkStage::Done | ChunkStage::Waiting))
+        {
             let said = match (chunk.stage, &chunk.failure, chunk.silent_s) {
-                (Stage::Failed, Some(failure), _) => format!("failed: {failure}"),
-                (Stage::Open, _, Some(seconds)) => format!("begun, and silent for {seconds:.0} s"),
+                (ChunkStage::Failed, Some(failure), _) => format!("failed: {failure}"),
+                (ChunkStage::Open, _, Some(seconds)) => format!("begun, and silent for {seconds:.0} s"),
                 _ => "running".to_owned(),
             };
             // Writing to a String cannot fail.

@@ -2,9 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use super::cost_samples;
 use super::handing_out::{HandOutArgs, Handing, check_engine, hand_out};
 use super::request;
-use crate::commands::render::{self, RenderArgs, Survey, cost_samples};
+use crate::commands::render::{self, RenderArgs, Survey};
 use crate::exit::Outcome;
 use crate::farm::chunks::cut;
 use crate::farm::cost::CostPrediction;

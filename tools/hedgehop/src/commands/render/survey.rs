@@ -1,7 +1,7 @@
 //! Frames of a render and their loads, as known before any of them is rendered.
 
 use super::flags::RenderArgs;
-use super::{FrameRequest, bind, render_options};
+use super::request::{FrameRequest, bind, render_options};
 use crate::bound_flight::BoundFlight;
 use crate::farm::cost::FrameLoad;
 use crate::progress::Reporter;
@@ -20,7 +20,7 @@ const MIB: f64 = 1_048_576.0;
 /// Frames of a render.
 #[derive(Debug)]
 pub struct Survey {
-    /// Their numbers, rising.
+    /// Numbers of the frames, rising.
     pub numbers: Vec<u64>,
     /// Load of each.
     pub loads: Vec<FrameLoad>,

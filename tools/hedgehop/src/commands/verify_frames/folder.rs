@@ -51,9 +51,9 @@ pub struct FramesReport {
 /// Frame that ought to be in a folder.
 #[derive(Debug, Clone)]
 pub struct ExpectedFrame {
-    /// Its number.
+    /// Absolute number, 1…
     pub number: u64,
-    /// Its file's name; `None`: nobody has finished it.
+    /// Name of the file; `None`: nobody has finished it.
     pub file: Option<String>,
     /// BLAKE3 of the file, hexadecimal, if that is known.
     pub blake3: Option<String>,

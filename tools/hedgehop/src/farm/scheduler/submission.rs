@@ -1,4 +1,4 @@
-//! What is handed to a scheduler: scripts in the job's folder, and commands; printed, or run.
+//! Scripts in the job's folder and commands by which a scheduler gets chunks; printed, or run.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use super::{RenderArgs, Survey, fly};
+use crate::commands::render::{RenderArgs, Survey, fly};
 use crate::farm::cost::{CostSample, FrameLoad, least_known};
 use crate::frame_ranges::ranges;
 use crate::progress::{Mode, Reporter};
@@ -24,7 +24,7 @@ const MOST: usize = 40;
 /// Samples of a flight, and what its frames are made of.
 #[derive(Debug)]
 pub struct CostSamples {
-    /// What was measured, in the order of frames.
+    /// Measurements, in the order of frames.
     pub samples: Vec<CostSample>,
     /// Manifest of the frames, without any.
     pub made_of: Manifest,
