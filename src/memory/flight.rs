@@ -5,6 +5,7 @@
 //!     what does it need?                                  told by the caller, from the pose
 //!     evict what no frame in flight or ahead needs; announce what is missing; wait until it is there
 //!     the frame may begin; before its pages are there if no other is in flight: its workers then wait for each as they come to it
+//! pages come from another machine:  those of frames ahead are announced before the first one is waited for
 //! memory is limited:  paint, which is most of it, is left out; who renders has it brought once it is in sight
 //! no room, or far enough ahead:  wait until a frame is delivered
 //! ```
@@ -13,6 +14,8 @@
 //! in while the present one is rendered, thirty frames ahead. A frame waits before it begins, so that no worker ever
 //! stands still with half a picture; how long is counted.
 
+use std::collections::VecDeque;
+use std::ops::Range;
 use std::sync::PoisonError;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
@@ -123,6 +126,7 @@ impl Flight<'_> {
         self.pages.manage();
         let mut next = 0;
         let mut needs = None;
+        let mut ahead = VecDeque::new();
         let mut in_sight = PaintInSight::new();
         let leaves_paint = self.pages.budget() < u64::MAX && planner.brings_paint();
 
@@ -131,9 +135,9 @@ impl Flight<'_> {
             self.pages.deliver(done);
             in_sight.retain(|(frame, _)| *frame >= done);
             if next < done + LOOKAHEAD {
-                // Who renders the frame meets the same error.
                 let foreseen = needs.get_or_insert_with(|| {
-                    let mut needs = planner.needs(next).unwrap_or_default();
+                    self.foresee(next..count.min(done + LOOKAHEAD), planner, leaves_paint, &mut ahead);
+                    let mut needs = ahead.pop_front().unwrap_or_default();
                     if leaves_paint {
                         in_sight.push((next, needs.take_paint()));
                     }
@@ -158,6 +162,30 @@ impl Flight<'_> {
             if news.recv().is_err() {
                 return;
             }
+        }
+    }
+
+    /// Foresees the first of `frames`, if it is not among the needs of those foreseen before; and more of them as long as the last one's pages come from
+    /// another machine: they are announced, so that many are on their way at once. Nothing may be expected and unread meanwhile: who foresees reads
+    /// bounds, and would wait for itself.
+    fn foresee(
+        &self,
+        frames: Range<u32>,
+        planner: &dyn PagePlanner,
+        leaves_paint: bool,
+        ahead: &mut VecDeque<PageNeeds>,
+    ) {
+        while ahead.back().is_none_or(|last| !self.pages.is_at_hand_for(last, leaves_paint))
+            && !self.stopped.load(Ordering::Acquire)
+        {
+            let frame = frames.start + ahead.len() as u32;
+            if frame >= frames.end {
+                return;
+            }
+            // Who renders the frame meets the same error.
+            let needs = planner.needs(frame).unwrap_or_default();
+            self.pages.announce_missing(&needs, leaves_paint);
+            ahead.push_back(needs);
         }
     }
 }

@@ -18,9 +18,10 @@ use std::time::SystemTime;
 use memmap2::Mmap;
 
 use super::guard::Watch;
+use super::hole_filler::HoleFiller;
 use crate::voxel::{
-    BoundsView, Directory, FileBytes, Header, HeightsView, PageId, PagePart, PageSource, PageStore, PageView,
-    SpansView, Touched, Trust, VerifyReport, open_to_read, verify,
+    BoundsView, Directory, FileBytes, FileEnds, Header, HeightsView, PageId, PagePart, PageSource, PageStore,
+    PageView, SpansView, Touched, Trust, VerifyReport, open_to_read, verify,
 };
 use hedgehop_base::error::{Error, Result};
 use hedgehop_base::progress::Observer;
@@ -38,14 +39,16 @@ struct FileMapping {
     file: File,
     /// Time of the last change before it was opened, if the system tells.
     modified: Option<SystemTime>,
+    /// Fills the holes of a sparse copy. After the mapping: who fills may let parts of the copy go when it is dropped.
+    filler: Option<Box<dyn HoleFiller>>,
 }
 
 impl FileMapping {
-    fn new(path: &Path) -> Result<Self> {
-        let file = open_to_read(path)?;
+    fn new(path: &Path, file: File, filler: Option<Box<dyn HoleFiller>>) -> Result<Self> {
         let modified = file.metadata().and_then(|metadata| metadata.modified()).ok();
         // SAFETY: the mapping is private to this value, is only read, and is never handed out beyond its life. That
-        // nobody truncates or rewrites the file meanwhile is the contract of `PageFile::open`.
+        // nobody truncates or rewrites the file meanwhile is the contract of `PageFile::open`; who fills holes writes only what
+        // nobody has read.
         let map =
             unsafe { Mmap::map(&file) }.map_err(|error| Error::io(path, "map it into memory", error))?;
         #[cfg(unix)]
@@ -55,7 +58,7 @@ impl FileMapping {
         let watch = unsafe { Watch::new(&map) };
         #[cfg(not(unix))]
         let watch = Watch;
-        Ok(Self { watch, map, file, modified })
+        Ok(Self { watch, map, file, modified, filler })
     }
 
     /// Why a byte could not be read.
@@ -81,23 +84,43 @@ impl FileBytes for FileMapping {
 
     #[inline]
     fn has_failed(&self) -> bool {
-        self.watch.failed().is_some()
+        self.watch.failed().is_some() || self.filler.as_ref().is_some_and(|filler| filler.has_failed())
     }
 
     fn intact(&self, path: &Path) -> Result<()> {
         if let Some(byte) = self.watch.failed() {
             return Err(Error::io(path, format!("read byte {byte}"), self.failure(byte)));
         }
+        if let Some(filler) = &self.filler {
+            filler.intact()?;
+        }
         // Bytes that are read anew would be those of another database.
         let metadata = self.file.metadata().map_err(|error| Error::io(path, "examine it", error))?;
-        if metadata.len() != self.map.len() as u64 || metadata.modified().ok() != self.modified {
+        let is_written = self.filler.is_none() && metadata.modified().ok() != self.modified;
+        if metadata.len() != self.map.len() as u64 || is_written {
             let what = format!("it was changed while it was open; {LEAVE_ALONE}");
             return Err(Error::io(path, "go on reading it", io::Error::other(what)));
         }
         Ok(())
     }
 
+    fn fill(&self, range: Range<usize>) -> bool {
+        self.filler.as_ref().is_none_or(|filler| filler.fill(wide(&range)))
+    }
+
+    fn is_filled(&self, range: Range<usize>) -> bool {
+        self.filler.as_ref().is_none_or(|filler| filler.is_filled(wide(&range)))
+    }
+
+    fn refill(&self, range: Range<usize>) -> bool {
+        self.filler.as_ref().is_some_and(|filler| filler.refill(wide(&range)))
+    }
+
     fn will_need(&self, range: Range<usize>) {
+        if let Some(filler) = self.filler.as_ref().filter(|filler| !filler.is_filled(wide(&range))) {
+            filler.announce(wide(&range));
+            return;
+        }
         // Advice may fail without harm: the bytes are then read when they are touched.
         #[cfg(unix)]
         let _ = self.map.advise_range(memmap2::Advice::WillNeed, range.start, range.len());
@@ -122,6 +145,10 @@ impl FileBytes for FileMapping {
         #[cfg(not(unix))]
         let _ = range;
     }
+}
+
+fn wide(range: &Range<usize>) -> Range<u64> {
+    range.start as u64..range.end as u64
 }
 
 /// A database file that is open for reading.
@@ -154,8 +181,21 @@ impl PageFile {
                 "is no regular file and cannot be mapped; copy it to a disk first",
             ));
         }
-        let mapping = FileMapping::new(path)?;
+        let mapping = FileMapping::new(path, open_to_read(path)?, None)?;
         Ok(Self { store: PageStore::new(path, mapping)?.trusting(trust) })
+    }
+
+    /// Opens a sparse copy of a database whose name is `name`, and whose holes are filled as its pages are needed. What holds no pages is there
+    /// already: the header, and what lies behind the pages.
+    ///
+    /// Nobody truncates the copy while it is open, and only holes are written to, by fillers of the same database.
+    ///
+    /// # Errors
+    /// The bytes are those of no database, or damaged; the copy cannot be mapped.
+    #[doc(hidden)]
+    pub fn open_sparse(name: &Path, copy: File, filler: Box<dyn HoleFiller>, trust: Trust) -> Result<Self> {
+        let mapping = FileMapping::new(name, copy, Some(filler))?;
+        Ok(Self { store: PageStore::new(name, mapping)?.trusting(trust) })
     }
 
     /// The file.
@@ -166,6 +206,21 @@ impl PageFile {
     /// Bytes of the file.
     pub fn file_length(&self) -> u64 {
         self.store.bytes().len() as u64
+    }
+
+    /// Finds a part of a page in the file, bytes; empty if the page is absent, or has none.
+    #[doc(hidden)]
+    pub fn stretch(&self, part: PagePart) -> Range<u64> {
+        wide(&self.store.stretch(part))
+    }
+
+    /// Lists the stretches of the file that hold no pages, and that are read when it is opened.
+    ///
+    /// # Errors
+    /// The header cannot be read any more.
+    #[doc(hidden)]
+    pub fn ends(&self) -> Result<[Range<u64>; 2]> {
+        Ok(FileEnds::of_start(self.path(), self.store.bytes(), self.file_length())?.stretches())
     }
 
     /// Checks the whole database; see [`verify`].
@@ -206,6 +261,12 @@ impl PageFile {
     /// Returns the directory of pages: where each lies, and which ones are absent.
     pub fn directory(&self) -> &Directory {
         self.store.directory()
+    }
+
+    /// Lists the parts of pages that were touched since the file was opened, and that have bytes.
+    #[doc(hidden)]
+    pub fn touched_parts(&self) -> Vec<PagePart> {
+        self.store.touched_parts()
     }
 
     /// Pages touched since the file was opened.

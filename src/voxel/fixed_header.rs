@@ -321,7 +321,7 @@ impl FixedHeader {
     }
 
     /// First byte behind the pages and what pads them.
-    fn pages_end(&self) -> u64 {
+    pub fn pages_end(&self) -> u64 {
         if self.objects.length > 0 { self.objects.offset } else { self.directory.offset }
     }
 

@@ -9,6 +9,7 @@ mod cut;
 mod directory;
 mod earlier;
 mod empty;
+mod file_ends;
 mod fixed_header;
 mod folders;
 mod format;
@@ -55,6 +56,8 @@ pub use cut::Cut;
 pub use directory::{Directory, ENTRY_BYTES};
 #[doc(hidden)]
 pub use earlier::{EarlierFile, EarlierPage};
+#[doc(hidden)]
+pub use file_ends::{FileEnds, HEADER_BYTES};
 #[doc(hidden)]
 pub use grid::{BARE, HeightCode, MIN_LEVELS, PAGE_SIDE, RADIX};
 pub use grid::{Grid, PageId};

@@ -27,6 +27,25 @@ pub trait FileBytes: Sync {
         let _ = range;
     }
 
+    /// Has these bytes at hand, and waits until they are: nobody reads bytes of a part before. False: they cannot be had, and
+    /// [`Self::intact`] says why.
+    fn fill(&self, range: Range<usize>) -> bool {
+        let _ = range;
+        true
+    }
+
+    /// Whether these bytes are at hand, so that nobody waits for them to be [filled](Self::fill).
+    fn is_filled(&self, range: Range<usize>) -> bool {
+        let _ = range;
+        true
+    }
+
+    /// Brings bytes once more whose checksum is wrong. False: there are none but these.
+    fn refill(&self, range: Range<usize>) -> bool {
+        let _ = range;
+        false
+    }
+
     /// Announces that these bytes will not be read for a while: their memory may go.
     fn forget(&self, range: Range<usize>) {
         let _ = range;
@@ -160,6 +179,12 @@ impl<B: FileBytes> PageStore<B> {
         touched
     }
 
+    /// Lists the parts that were asked for since the database was opened, were found good and have bytes, in the order of the directory.
+    pub fn touched_parts(&self) -> Vec<PagePart> {
+        let parts = self.directory.present().flat_map(|(id, _)| PagePart::all(id));
+        parts.filter(|part| self.is(*part, state::GOOD) && self.part_bytes(*part) > 0).collect()
+    }
+
     /// Finds a page in the file, bytes; `None` if it is absent, or has no bytes because it has no surface.
     pub fn extent(&self, id: PageId) -> Option<Range<usize>> {
         self.directory.get(id).filter(|entry| entry.empty().is_none()).and_then(extent_of)
@@ -193,6 +218,19 @@ impl<B: FileBytes> PageStore<B> {
     /// Says that pages in a part of the file will all be read soon.
     pub fn announce(&self, range: Range<usize>) {
         self.bytes.will_need(range);
+    }
+
+    /// Whether bytes of the file are at hand, or must be brought from elsewhere before they can be read.
+    pub fn is_filled(&self, range: Range<usize>) -> bool {
+        self.bytes.is_filled(range)
+    }
+
+    /// Has bytes of the file at hand that no part of a page holds.
+    ///
+    /// # Errors
+    /// They cannot be had.
+    pub(super) fn fill(&self, range: Range<usize>) -> Result<()> {
+        if self.bytes.fill(range) { Ok(()) } else { self.bytes.intact(&self.path) }
     }
 
     /// Lets the memory of a part of a page go, but for what it shares with parts that stay; whoever still reads it has it read again.
@@ -290,13 +328,22 @@ impl<B: FileBytes> PageStore<B> {
     /// Checks a part of a page for the first time.
     #[cold]
     fn check(&self, part: PagePart, entry: &PageEntry, planes: &PlanePositions<'_>) -> Result<(), String> {
+        let is_whole = self.trust.damaged == Damaged::Coarser;
+        let marked = self.extent(part.page()).filter(|_| is_whole).unwrap_or_else(|| self.stretch(part));
+        if !self.bytes.fill(marked) {
+            return Err("the file cannot be read".into());
+        }
+
         if self.trust.verify == Verify::FirstTouch {
             self.bytes.will_need(self.needed_for(part));
         }
-        let is_whole = self.trust.damaged == Damaged::Coarser;
         let parts = || PagePart::all(part.page()).filter(|other| is_whole || *other == part);
+        let is_sound = |part: PagePart| planes.crc(part) == entry.crc[part.number()];
         for part in parts() {
-            if self.trust.verify == Verify::FirstTouch && planes.crc(part) != entry.crc[part.number()] {
+            if self.trust.verify == Verify::FirstTouch
+                && !is_sound(part)
+                && !(self.bytes.refill(self.stretch(part)) && is_sound(part))
+            {
                 return Err("wrong checksum".into());
             }
             if let PagePart::Heights(id) = part {

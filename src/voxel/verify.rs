@@ -23,6 +23,9 @@ use super::{
 use hedgehop_base::error::{Error, Result};
 use hedgehop_base::progress::Observer;
 
+/// Pages that are announced ahead where they come from another machine.
+const ANNOUNCED: usize = 16;
+
 /// Something that is wrong with a database.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Problem {
@@ -99,6 +102,7 @@ fn check_pages<B: FileBytes>(store: &PageStore<B>, observer: &dyn Observer) -> R
             if index >= total {
                 break;
             }
+            announce_missing(store, index..(index + ANNOUNCED).min(total));
             let id = store.directory().id(index);
             let byte = store.directory().get(id).map_or(0, |entry| entry.offset);
             let problem = |what| (index, Problem { page: Some(id), byte, what });
@@ -125,6 +129,12 @@ fn check_pages<B: FileBytes>(store: &PageStore<B>, observer: &dyn Observer) -> R
     }
 
     Ok(found)
+}
+
+/// Announces pages that must be brought from elsewhere, so that they come together.
+fn announce_missing<B: FileBytes>(store: &PageStore<B>, indices: Range<usize>) {
+    let extents = indices.filter_map(|index| store.extent(store.directory().id(index)));
+    extents.filter(|extent| !store.is_filled(extent.clone())).for_each(|extent| store.announce(extent));
 }
 
 /// Lists what is wrong with a page; nothing if it is absent.
@@ -306,6 +316,7 @@ fn differing_plane(expected: &PageBuffer, view: &PageView<'_>) -> Option<&'stati
 
 /// Problems of the file as a whole.
 fn check_file<B: FileBytes>(store: &PageStore<B>) -> Result<Vec<Problem>> {
+    store.fill(0..store.bytes().len())?;
     let (path, file, directory) = (store.path(), store.bytes(), store.directory());
     let mut problems = check_gaps(file, directory, FixedHeader::pages_end_of_file(path, file)?);
     if FixedHeader::identity_of_file(path, file, directory)? != store.header().content_hash {

@@ -1,6 +1,7 @@
 //! Reading of expected pages, in the order of need and in long stretches.
 
 use super::{Expected, MIB, ResidentPages};
+use crate::voxel::{PageNeeds, PagePart};
 
 /// Bytes that the system is asked for at once: so many that the disk reads long stretches, and so few that what is needed first
 /// comes first.
@@ -39,6 +40,25 @@ impl ResidentPages {
                 let _ = self.fetch(part, index);
             }
         }
+    }
+
+    /// Parts of a frame's needs that are not on this machine; without paint, if that is left out.
+    fn missing(&self, needs: &PageNeeds, leaves_paint: bool) -> Vec<Expected> {
+        let store = self.file.store();
+        let is_meant = |part: &&PagePart| !(leaves_paint && matches!(part, PagePart::Paint(_)));
+        let parts = needs.parts.iter().filter(is_meant);
+        let stored = parts.filter_map(|part| Some((*part, self.index(*part)?)));
+        stored.filter(|(part, _)| !store.is_filled(store.needed_for(*part))).collect()
+    }
+
+    /// Whether what a frame needs can be read without waiting for another machine.
+    pub(in crate::memory) fn is_at_hand_for(&self, needs: &PageNeeds, leaves_paint: bool) -> bool {
+        self.missing(needs, leaves_paint).is_empty()
+    }
+
+    /// Announces what must come from another machine for a frame.
+    pub(in crate::memory) fn announce_missing(&self, needs: &PageNeeds, leaves_paint: bool) {
+        self.announce(&self.missing(needs, leaves_paint));
     }
 
     /// Says what will be read, in stretches as long as they lie in the file.
