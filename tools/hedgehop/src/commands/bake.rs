@@ -2,13 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::database::{CacheArgs, DatabaseName};
 use crate::exit::{self, Outcome};
 use crate::interrupt::Interrupt;
 use crate::making::Making;
 use crate::program::program;
 use crate::progress::Reporter;
 use crate::{area, args};
-use hedgehop::memory::PageFile;
 use hedgehop::sunlight::SunSetting;
 use hedgehop::voxel::PageSource;
 use hedgehop_modeling::{Baking, bake_shadows};
@@ -27,7 +27,7 @@ Examples:
 pub struct BakeArgs {
     /// Database to take
     #[arg(value_name = "AREA.hop")]
-    area: PathBuf,
+    area: DatabaseName,
 
     /// Sun's azimuth clockwise from grid north and elevation above the horizon, degrees, or the time: 2026-06-21T09:30Z
     #[arg(long, value_name = "AZ,EL|TIME", value_parser = args::sun, allow_hyphen_values = true)]
@@ -36,6 +36,9 @@ pub struct BakeArgs {
     /// Database to write
     #[arg(short, long, value_name = "SHADED.hop")]
     output: PathBuf,
+
+    #[command(flatten)]
+    cache: CacheArgs,
 
     #[command(flatten)]
     making: Making,
@@ -55,7 +58,7 @@ pub fn run(args: &BakeArgs, interrupt: &Interrupt) -> Outcome {
         return Err(hedgehop::Error::Configuration(what.into()).into());
     }
 
-    let file = PageFile::open(&args.area)?;
+    let file = args.cache.open(&args.area)?;
     let sun = area::sky(args.sun, file.header())?.sun;
     let baking = Baking {
         source: &file,

@@ -39,7 +39,7 @@ use frames::Timed;
 use hedgehop::encode::atomic::{check_writable, write_bytes};
 use hedgehop::encode::{FrameInfo, FrameSet, encode_picture};
 use hedgehop::frame::Picture;
-use hedgehop::memory::{PageFile, ResidentPages};
+use hedgehop::memory::ResidentPages;
 use hedgehop::progress::Observer;
 use hedgehop::render::{Engine, FlightPlan, NumberedCamera, RenderOptions, Renderer, StageTimes};
 use hedgehop::scene::{Scene, Scenery};
@@ -62,7 +62,7 @@ pub fn run(args: &BenchArgs, interrupt: &Interrupt) -> Outcome {
     let reporter = Reporter::new(args.progress, interrupt);
     args.instructions.check()?;
     let scene = args.scene.read(&reporter)?;
-    let files = std::iter::once(&args.area).chain(&args.flight.path).map(PathBuf::as_path);
+    let files = std::iter::once(&*args.area).chain(args.flight.path.as_deref());
     let inputs: Vec<&Path> = files.chain(scene::inputs(scene.as_ref())).collect();
     let mut outputs: Vec<&PathBuf> = Vec::new();
 
@@ -81,7 +81,7 @@ pub fn run(args: &BenchArgs, interrupt: &Interrupt) -> Outcome {
         }
     }
 
-    let file = PageFile::open_trusting(&args.area, args.trust.trust())?;
+    let file = args.cache.open_trusting(&args.area, args.trust.trust())?;
     let choose = |count| args.frames.clone().map_or_else(|| FrameSet::parse(&spread(count)), Ok);
     let setup = args.flight.screen.setup()?;
     let most = *args.workers.iter().max().unwrap_or(&args::available_cores());

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::commands::contours::relief;
+use crate::database::{CacheArgs, DatabaseName};
 use crate::exit::{self, Failure, Outcome};
 use crate::faults::{self, FaultKind};
 use crate::interrupt::Interrupt;
@@ -10,7 +11,6 @@ use crate::places::Places;
 use crate::progress::{Mode, Reporter};
 use crate::{args, chart, maps, pictures};
 use hedgehop::encode::atomic::{check_writable, write_bytes};
-use hedgehop::memory::PageFile;
 use hedgehop::voxel::PageSource;
 use hedgehop::{Error, Result};
 use hedgehop_query::{ContinuityLimits, MapExtent, continuity};
@@ -28,7 +28,7 @@ Examples:
 pub struct ContinuityArgs {
     /// Database to look at
     #[arg(value_name = "AREA.hop")]
-    area: PathBuf,
+    area: DatabaseName,
 
     /// Table of all that was found
     #[arg(short, long, value_name = "FAULTS.csv")]
@@ -54,6 +54,9 @@ pub struct ContinuityArgs {
     #[arg(long, value_name = "FACTOR", value_parser = factor, default_value = "3", allow_negative_numbers = true)]
     seam_factor: f64,
 
+    #[command(flatten)]
+    cache: CacheArgs,
+
     /// Form of progress on standard error
     #[arg(long, value_enum, value_name = "MODE", default_value = "auto")]
     progress: Mode,
@@ -67,7 +70,7 @@ fn factor(text: &str) -> std::result::Result<f64, String> {
 pub fn run(args: &ContinuityArgs, interrupt: &Interrupt) -> Outcome {
     let reporter = Reporter::new(args.progress, interrupt);
     check_outputs(args)?;
-    let source = PageFile::open(&args.area)?;
+    let source = args.cache.open(&args.area)?;
     let limits = ContinuityLimits { spike: args.spike_factor, seam: args.seam_factor };
     let report = continuity(&source, &limits, &reporter)?;
     let places = Places::new(&source, false)?;
@@ -96,7 +99,7 @@ pub fn run(args: &ContinuityArgs, interrupt: &Interrupt) -> Outcome {
 }
 
 fn check_outputs(args: &ContinuityArgs) -> Result<()> {
-    let input: &[&Path] = &[&args.area];
+    let input: &[&Path] = &[&*args.area];
     if let Some(path) = &args.output {
         if !maps::is(path, "csv") {
             let named = path.with_extension("csv");

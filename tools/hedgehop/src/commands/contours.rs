@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use image::{Rgb, RgbImage};
 
+use crate::database::{CacheArgs, DatabaseName};
 use crate::exit::{self, Outcome};
 use crate::interrupt::Interrupt;
 use crate::lines::ContourSpacing;
@@ -48,7 +49,7 @@ const DECIMALS: i32 = 7;
 pub struct ContoursArgs {
     /// Database to draw
     #[arg(value_name = "AREA.hop")]
-    area: PathBuf,
+    area: DatabaseName,
 
     /// Lines or map to write
     #[arg(short, long, value_name = "LINES.geojson|MAP.tif|MAP.png")]
@@ -73,6 +74,9 @@ pub struct ContoursArgs {
     /// Longer side of a map, pixels
     #[arg(long, value_name = "PIXELS", default_value = "2000", value_parser = clap::value_parser!(u32).range(64..=8192))]
     size: u32,
+
+    #[command(flatten)]
+    cache: CacheArgs,
 
     /// Form of progress on standard error
     #[arg(long, value_enum, value_name = "MODE", default_value = "auto")]
@@ -108,7 +112,7 @@ impl Form {
 pub fn run(args: &ContoursArgs, interrupt: &Interrupt) -> Outcome {
     let reporter = Reporter::new(args.progress, interrupt);
     let form = Form::of(&args.output)?;
-    let source = PageFile::open(&args.area)?;
+    let source = args.cache.open(&args.area)?;
     let header = source.header();
     let bounds = args.bbox.unwrap_or(maps::WHOLE);
     let extent = map_extent(header, bounds, args.size)?;
@@ -119,7 +123,7 @@ pub fn run(args: &ContoursArgs, interrupt: &Interrupt) -> Outcome {
     };
     let HeightRange { low, high } = header.height_range;
     let interval = args.interval.unwrap_or_else(|| fitting_interval(low, high));
-    maps::check_output(&args.output, &[&args.area])?;
+    maps::check_output(&args.output, &[&*args.area])?;
     let found = contours(&source, level, bounds, interval, &reporter)?;
     let spacing = ContourSpacing { interval, index: i64::from(args.index) };
 

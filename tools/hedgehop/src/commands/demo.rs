@@ -170,7 +170,7 @@ fn flight(folder: &Path, area: &Path) -> Result<render::RenderArgs> {
     Ok(render::RenderArgs {
         overwrite: true,
         film: FilmArgs { video, ..FilmArgs::default() },
-        ..render::RenderArgs::of_flight(area.to_owned(), output, fps, flight)
+        ..render::RenderArgs::of_flight(area.to_owned().into(), output, fps, flight)
     })
 }
 

@@ -3,13 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use crate::args::{self, check_no_input};
+use crate::database::{CacheArgs, DatabaseName};
 use crate::exit::{self, Outcome};
 use crate::interrupt::Interrupt;
 use crate::making::Making;
 use crate::progress::Reporter;
 use crate::reference;
 use hedgehop::geo::{Crs, Transform};
-use hedgehop::memory::PageFile;
 use hedgehop::progress::Observer;
 use hedgehop::voxel::{Header, PageId, PageSource};
 use hedgehop::{Error, Result};
@@ -32,7 +32,7 @@ const SIDE_POINTS: u32 = 17;
 pub struct ExtractArgs {
     /// Database to take
     #[arg(value_name = "AREA.hop")]
-    area: PathBuf,
+    area: DatabaseName,
 
     /// The part, metres of the database's reference system
     #[arg(long, value_name = "W,S,E,N", value_parser = args::bounding_box, allow_hyphen_values = true)]
@@ -47,19 +47,22 @@ pub struct ExtractArgs {
     output: PathBuf,
 
     #[command(flatten)]
+    cache: CacheArgs,
+
+    #[command(flatten)]
     making: Making,
 }
 
 /// Runs the command.
 pub fn run(args: &ExtractArgs, interrupt: &Interrupt) -> Outcome {
     let reporter = Reporter::new(args.making.progress, interrupt);
-    check_no_input("-o", &args.output, &[&args.area])?;
+    check_no_input("-o", &args.output, &[&*args.area])?;
     if args.output == Path::new("-") {
         let what = "a database cannot go to standard output; name a file with -o, like PART.hop";
         return Err(Error::Configuration(what.into()).into());
     }
 
-    let source = PageFile::open(&args.area)?;
+    let source = args.cache.open(&args.area)?;
     let header = source.header();
     let bounds = match (args.bbox, args.lon_lat) {
         (Some(bounds), _) => bounds,

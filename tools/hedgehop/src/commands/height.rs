@@ -2,13 +2,12 @@
 
 use std::ffi::OsString;
 use std::fmt::Write;
-use std::path::PathBuf;
 
 use crate::args;
+use crate::database::{CacheArgs, DatabaseName};
 use crate::exit::{self, Outcome};
 use crate::places::Places;
 use hedgehop::Error;
-use hedgehop::memory::PageFile;
 use hedgehop::voxel::PageSource;
 use hedgehop_query::{Ground, Sample};
 
@@ -25,7 +24,7 @@ Examples:
 pub struct HeightArgs {
     /// Database to ask
     #[arg(value_name = "AREA.hop")]
-    file: PathBuf,
+    file: DatabaseName,
 
     /// Longitude and latitude of each place, degrees (WGS 84), with a blank or a comma between; of local databases x and y
     #[arg(value_name = "LON LAT", value_parser = args::number, required = true, allow_negative_numbers = true, num_args = 2..)]
@@ -38,6 +37,9 @@ pub struct HeightArgs {
     /// Tell bare ground, below roofs, crowns and bridges
     #[arg(long)]
     bare: bool,
+
+    #[command(flatten)]
+    cache: CacheArgs,
 
     /// Print one JSON array
     #[arg(long)]
@@ -75,7 +77,7 @@ pub fn run(args: &HeightArgs) -> Outcome {
         return Err(Error::Configuration(what).into());
     }
 
-    let source = PageFile::open(&args.file)?;
+    let source = args.cache.open(&args.file)?;
     let places = Places::new(&source, args.xy)?;
     let ground = if args.bare { Ground::Bare } else { Ground::Highest };
     let metadata = &source.header().metadata;

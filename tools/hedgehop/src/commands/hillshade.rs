@@ -3,6 +3,7 @@
 use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
 
+use crate::database::{CacheArgs, DatabaseName};
 use crate::exit::{self, Outcome};
 use crate::interrupt::Interrupt;
 use crate::maps::{self, PartArgs};
@@ -11,7 +12,6 @@ use crate::{area, args, reference};
 use hedgehop::colour::{linear_of_codes, srgb8_from_linear};
 use hedgehop::encode::atomic::write_with;
 use hedgehop::encode::geotiff::{NO_DATA, TILE, write_geotiff};
-use hedgehop::memory::PageFile;
 use hedgehop::progress::Observer;
 use hedgehop::sunlight::SunSetting;
 use hedgehop::voxel::PageSource;
@@ -40,7 +40,7 @@ const AMBIENT: f64 = 0.25;
 pub struct HillshadeArgs {
     /// Database to draw
     #[arg(value_name = "AREA.hop")]
-    area: PathBuf,
+    area: DatabaseName,
 
     /// Picture to write
     #[arg(short, long, value_name = "SHADE.tif|.png")]
@@ -65,6 +65,9 @@ pub struct HillshadeArgs {
     #[arg(long)]
     bare: bool,
 
+    #[command(flatten)]
+    cache: CacheArgs,
+
     /// Form of progress on standard error
     #[arg(long, value_enum, value_name = "MODE", default_value = "auto")]
     progress: Mode,
@@ -79,7 +82,7 @@ pub fn run(args: &HillshadeArgs, interrupt: &Interrupt) -> Outcome {
         return Err(Error::Configuration(what).into());
     }
 
-    let source = PageFile::open(&args.area)?;
+    let source = args.cache.open(&args.area)?;
     let header = source.header();
     let sun = area::sky(args.sun, header)?.sun;
     if !sun.is_up() {
@@ -90,7 +93,7 @@ pub fn run(args: &HillshadeArgs, interrupt: &Interrupt) -> Outcome {
     let extent = args.part.extent(header)?;
     let (kind, (most, side)) = if is_tiff { ("a GeoTIFF", MOST_TIFF) } else { ("a PNG", MOST_PNG) };
     maps::check_size(&extent, kind, most, side)?;
-    maps::check_output(&args.output, &[&args.area])?;
+    maps::check_output(&args.output, &[&*args.area])?;
     let sheet = if args.bare { Sheet::Bare } else { Sheet::Surface };
     let map = GroundMap::new(&source, extent, sheet);
     let picture = Picture { map, shade: Hillshade::new(sun, args.exaggeration), has_colour: args.colour };

@@ -1,9 +1,8 @@
 //! `hedgehop info`: what a database is.
 
-use std::path::PathBuf;
-
 use serde_json::json;
 
+use crate::database::{CacheArgs, DatabaseName};
 use crate::exit::{self, Outcome};
 use crate::{area, args, classes};
 use hedgehop::memory::PageFile;
@@ -23,7 +22,7 @@ Examples:
 pub struct InfoArgs {
     /// Database to look at
     #[arg(value_name = "AREA.hop")]
-    file: PathBuf,
+    file: DatabaseName,
 
     /// Say what the ground is made of: area by material, by what stands there, by elevation source and by level, and how often each object is placed; reads all pages
     #[arg(long)]
@@ -33,6 +32,9 @@ pub struct InfoArgs {
     #[arg(long, value_name = "W,S,E,N", value_parser = args::bounding_box, allow_hyphen_values = true)]
     bbox: Option<[f64; 4]>,
 
+    #[command(flatten)]
+    cache: CacheArgs,
+
     /// Print one JSON object
     #[arg(long)]
     json: bool,
@@ -40,7 +42,7 @@ pub struct InfoArgs {
 
 /// Runs the command.
 pub fn run(args: &InfoArgs) -> Outcome {
-    let source = PageFile::open(&args.file)?;
+    let source = args.cache.open(&args.file)?;
     let header = source.header();
     let found = match args.bbox {
         Some(bbox) => Some(part(&source, bbox)?),

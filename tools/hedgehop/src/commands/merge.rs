@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use crate::args::{self, check_no_input};
+use crate::database::{CacheArgs, DatabaseName};
 use crate::exit::{self, Outcome};
 use crate::interrupt::Interrupt;
 use crate::making::Making;
 use crate::progress::Reporter;
 use crate::reference;
-use hedgehop::memory::PageFile;
 use hedgehop::{Error, Result};
 use hedgehop_modeling::{MergeInput, Merger, OutputFile};
 
@@ -25,7 +25,7 @@ Examples:
 pub struct MergeArgs {
     /// Databases, highest priority first
     #[arg(value_name = "AREA.hop", required = true, num_args = 2..)]
-    areas: Vec<PathBuf>,
+    areas: Vec<DatabaseName>,
 
     /// Width over which an earlier database is blended into a later one that it overlaps, metres
     #[arg(long, value_name = "METRES", value_parser = args::not_negative, default_value = "0", allow_negative_numbers = true)]
@@ -36,21 +36,38 @@ pub struct MergeArgs {
     output: PathBuf,
 
     #[command(flatten)]
+    cache: CacheArgs,
+
+    #[command(flatten)]
     making: Making,
+}
+
+/// Lists the databases that arguments name; those of this machine may be patterns.
+fn named(areas: &[DatabaseName]) -> Result<Vec<DatabaseName>> {
+    let mut found = Vec::new();
+    for area in areas {
+        if area.is_remote() {
+            found.push(area.clone());
+        } else {
+            let files = args::input_files("merge", &[area.to_path_buf()], &["hop"])?;
+            found.extend(files.into_iter().map(DatabaseName::from));
+        }
+    }
+    Ok(found)
 }
 
 /// Runs the command.
 pub fn run(args: &MergeArgs, interrupt: &Interrupt) -> Outcome {
     let reporter = Reporter::new(args.making.progress, interrupt);
-    let areas = args::input_files("merge", &args.areas, &["hop"])?;
-    let inputs: Vec<&Path> = areas.iter().map(PathBuf::as_path).collect();
+    let areas = named(&args.areas)?;
+    let inputs: Vec<&Path> = areas.iter().map(|area| &**area).collect();
     check_no_input("-o", &args.output, &inputs)?;
     if args.output == Path::new("-") {
         let what = "a database cannot go to standard output; name a file with -o, like WHOLE.hop";
         return Err(Error::Configuration(what.into()).into());
     }
 
-    let files = inputs.iter().map(|path| PageFile::open(path)).collect::<Result<Vec<_>>>()?;
+    let files = areas.iter().map(|area| args.cache.open(area)).collect::<Result<Vec<_>>>()?;
     let names: Vec<String> = inputs.iter().map(|path| path.display().to_string()).collect();
     let databases: Vec<MergeInput<'_>> =
         files.iter().zip(&names).map(|(source, name)| MergeInput { source, name }).collect();

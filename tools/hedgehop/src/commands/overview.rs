@@ -8,6 +8,7 @@ use image::{Rgb, RgbImage};
 use crate::args::{self, AltitudeMode, Workers, check_no_input};
 use crate::camera::CameraArgs;
 use crate::chart::{Chart, Footprint};
+use crate::database::{CacheArgs, DatabaseName};
 use crate::exit::{self, Outcome};
 use crate::interrupt::Interrupt;
 use crate::playback::PlaybackArgs;
@@ -63,7 +64,7 @@ const FOOTPRINT_SIZE: Size = Size { width: 64, height: 36 };
 pub struct OverviewArgs {
     /// Database to draw
     #[arg(value_name = "AREA.hop")]
-    area: PathBuf,
+    area: DatabaseName,
 
     /// Picture to write
     #[arg(short, long, value_name = "MAP.png")]
@@ -99,6 +100,9 @@ pub struct OverviewArgs {
     #[command(flatten)]
     workers: Workers,
 
+    #[command(flatten)]
+    cache: CacheArgs,
+
     /// Form of progress on standard error
     #[arg(long, value_enum, value_name = "MODE", default_value = "auto")]
     progress: Mode,
@@ -108,11 +112,10 @@ pub struct OverviewArgs {
 pub fn run(args: &OverviewArgs, interrupt: &Interrupt) -> Outcome {
     let reporter = Reporter::new(args.progress, interrupt);
     pictures::check_png(&args.output, "a map")?;
-    let inputs: Vec<&Path> =
-        [Some(&args.area), args.path.as_ref()].into_iter().flatten().map(PathBuf::as_path).collect();
+    let inputs: Vec<&Path> = std::iter::once(&*args.area).chain(args.path.as_deref()).collect();
     check_no_input("-o", &args.output, &inputs)?;
     args.tracks.check(args.path.is_some(), "--path")?;
-    let source = PageFile::open(&args.area)?;
+    let source = args.cache.open(&args.area)?;
     check_writable(&args.output)?;
     let farm = Farm::new(args.workers.count())?;
     let flight = args.path.as_ref().map(|_| flight(args, &source, &reporter)).transpose()?;

@@ -3,7 +3,7 @@
 mod levels;
 
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use serde::Serialize;
@@ -12,10 +12,12 @@ use crate::args::{self, Overlap, Workers};
 use crate::bound_flight::{BoundFlight, FilmRequest};
 use crate::commands::farm::cost_samples;
 use crate::commands::render::{RenderArgs, survey};
+use crate::database::{CacheArgs, DatabaseName};
 use crate::exit::{self, Failure, Outcome};
 use crate::farm::cost::{CostModel, CostPrediction};
 use crate::interrupt::Interrupt;
 use crate::memory::{self, Frames, Memory, amount};
+use crate::page_list;
 use crate::product::Product;
 use crate::progress::{Mode, Reporter};
 use crate::scene::{self, SceneArgs};
@@ -50,7 +52,7 @@ const TIMED: Duration = Duration::from_secs(1);
 pub struct PlanArgs {
     /// Database to fly through
     #[arg(value_name = "AREA.hop")]
-    area: PathBuf,
+    area: DatabaseName,
 
     /// Frames per second: 30, 29.97, 24000/1001
     #[arg(long, value_name = "RATE", default_value = "30")]
@@ -68,6 +70,10 @@ pub struct PlanArgs {
     #[arg(long, value_name = "MAP.svg")]
     traffic: Option<PathBuf>,
 
+    /// Write which bytes of the database the flight needs, as a table: for a copy that holds no more
+    #[arg(long, value_name = "LIST.csv")]
+    page_list: Option<PathBuf>,
+
     /// Say what becomes of the flight with so much memory, as `render --memory`: bytes with suffix K, M or G
     #[arg(long, value_name = "BYTES", value_parser = args::bytes)]
     memory: Option<u64>,
@@ -76,7 +82,7 @@ pub struct PlanArgs {
     #[arg(long)]
     times: bool,
 
-    /// Do not read from the disk to see how fast it is
+    /// Do not read from the disk to see how fast it is; that of a database behind a URL is never read
     #[arg(long)]
     no_timing: bool,
 
@@ -94,6 +100,9 @@ pub struct PlanArgs {
 
     #[command(flatten)]
     scene: SceneArgs,
+
+    #[command(flatten)]
+    cache: CacheArgs,
 
     /// Form of progress on standard error
     #[arg(long, value_enum, value_name = "MODE", default_value = "auto")]
@@ -165,13 +174,17 @@ struct ByFrame {
 pub fn run(args: &PlanArgs, interrupt: &Interrupt) -> Outcome {
     let reporter = Reporter::new(args.progress, interrupt);
     if let Some(map) = &args.traffic {
-        let mut inputs = vec![args.area.as_path()];
+        let mut inputs: Vec<&Path> = vec![&args.area];
         inputs.extend(args.flight.path.as_deref());
         traffic::check(map, &inputs)?;
     }
+    if let Some(list) = &args.page_list {
+        let inputs = std::iter::once(&*args.area).chain(args.flight.path.as_deref());
+        page_list::check(list, &inputs.collect::<Vec<_>>())?;
+    }
 
     let scene = args.scene.read(&reporter)?;
-    let file = PageFile::open(&args.area)?;
+    let file = args.cache.open(&args.area)?;
     let finish = scene.as_ref().map(|scene| scene.finish).unwrap_or_default();
     let setup = args.flight.screen.setup()?.behind_lens(finish.distortion)?;
     let choose = |count| Ok(args.frames.clone().unwrap_or_else(|| FrameSet::all(count)));
@@ -198,6 +211,9 @@ pub fn run(args: &PlanArgs, interrupt: &Interrupt) -> Outcome {
     if let Some(map) = &args.traffic {
         let first_use = &planned.plan.pages();
         Traffic { header: file.header(), cameras: &cameras, first_use }.write(map)?;
+    }
+    if let Some(list) = &args.page_list {
+        page_list::write(list, &file, &planned.plan)?;
     }
 
     let farm = Farm::new(args.workers.count())?;
@@ -239,6 +255,7 @@ fn predicted(args: &PlanArgs, file: &PageFile, reporter: &Reporter) -> Result<Co
             overlap: args.overlap,
             look: args.look.clone(),
             scene: args.scene.clone(),
+            cache: args.cache.clone(),
             ..RenderArgs::of_flight(args.area.clone(), output.clone(), args.fps, args.flight.clone())
         })
     };
@@ -294,7 +311,8 @@ fn report(
     let first_frame_bytes = plan.frames.first().map_or(0, |needs| needs.first_bytes);
     let second = args.fps.per_second().ceil() as usize;
     let pages: Vec<PageId> = plan.pages().iter().map(|(id, _)| *id).collect();
-    let disk = if args.no_timing { None } else { Some(file.time_reading(&pages, TIMED)?) };
+    let disk =
+        if args.no_timing || args.area.is_remote() { None } else { Some(file.time_reading(&pages, TIMED)?) };
 
     let mut report = PlanReport {
         area: args.area.display().to_string(),

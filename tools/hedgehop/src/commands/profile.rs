@@ -7,6 +7,7 @@ use glam::DVec2;
 
 use crate::area;
 use crate::args::{self, AltitudeMode};
+use crate::database::{CacheArgs, DatabaseName};
 use crate::exit::{self, Failure, Outcome};
 use crate::interrupt::Interrupt;
 use crate::places::Places;
@@ -38,7 +39,7 @@ const EVERY: f64 = 0.5;
 pub struct ProfileArgs {
     /// Database to ask
     #[arg(value_name = "AREA.hop")]
-    file: PathBuf,
+    file: DatabaseName,
 
     /// Flight path: CSV, JSBSim CSV, KML gx:Track, GPX or IGC
     #[arg(long, value_name = "FILE")]
@@ -71,6 +72,9 @@ pub struct ProfileArgs {
     #[arg(long, value_name = "METRES", value_parser = args::positive, allow_negative_numbers = true)]
     step: Option<f64>,
 
+    #[command(flatten)]
+    cache: CacheArgs,
+
     /// Plot or table to write
     #[arg(short, long, value_name = "PROFILE.svg|.csv")]
     output: Option<PathBuf>,
@@ -99,13 +103,13 @@ enum ProfileKind {
 pub fn run(args: &ProfileArgs, interrupt: &Interrupt) -> Outcome {
     let reporter = Reporter::new(Mode::Auto, interrupt);
     let output = args.output.as_deref().map(|path| Ok::<_, Error>((path, kind(path)?))).transpose()?;
-    let inputs: Vec<&Path> = std::iter::once(args.file.as_path()).chain(args.path.as_deref()).collect();
+    let inputs: Vec<&Path> = std::iter::once(&*args.file).chain(args.path.as_deref()).collect();
     if let Some((path, _)) = &output {
         args::check_no_input("-o", path, &inputs)?;
     }
 
     args.tracks.check(args.path.is_some(), "--path")?;
-    let source = PageFile::open(&args.file)?;
+    let source = args.cache.open(&args.file)?;
     let places = Places::new(&source, args.xy || args.path.is_some())?;
     let step = args.step.unwrap_or(source.header().grid.spacing);
 

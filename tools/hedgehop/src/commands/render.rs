@@ -79,7 +79,7 @@ pub struct Done {
 pub fn run(args: &RenderArgs, interrupt: &Interrupt) -> Outcome {
     let reporter = Reporter::new(args.progress, interrupt);
     args.instructions.check()?;
-    let done = fly(args, PageFile::open_trusting(&args.area, args.trust.trust())?, &reporter)?;
+    let done = fly(args, args.cache.open_trusting(&args.area, args.trust.trust())?, &reporter)?;
     if args.stats {
         reporter.note(&memory::sentence(&done.paging));
     }
@@ -335,7 +335,9 @@ fn deliver(
     conflicts::check_frames(args, scene, &paths)?;
     let is_listed = replacing::check(args, &files, cameras, reporter)?;
     if let Some(work) = work {
-        work.check(&files.manifest()?, sequence.renderer, cameras, sequence.pages.file(), reporter)?;
+        // Pages that are checked by one reader are not checked anew by it.
+        let anew = args.cache.open(&args.area)?;
+        work.check(&files.manifest()?, sequence.renderer, cameras, &anew, reporter)?;
     }
     files.write_palette()?;
     let (rendered, fineness) = match work {

@@ -5,13 +5,13 @@ use std::path::PathBuf;
 
 use clap::Subcommand;
 
+use crate::database::{CacheArgs, DatabaseName};
 use crate::exit::{self, Outcome};
 use crate::interrupt::Interrupt;
 use crate::progress::{Mode, Reporter};
 use crate::view::over_ground;
 use crate::world::WorldArgs;
 use crate::{area, finish, scene, titling};
-use hedgehop::memory::PageFile;
 use hedgehop::objects::{Form, Shape};
 use hedgehop::scene::{Anchor, LampLayout, Object, Part, PlumeKind, Scene, TrailColour, TrailSource};
 use hedgehop::sunlight::{FilmSun, Sun, SunSetting};
@@ -43,19 +43,22 @@ enum SceneCommand {
 
         /// Database that it is to be seen in
         #[arg(value_name = "AREA.hop")]
-        area: Option<PathBuf>,
+        area: Option<DatabaseName>,
+
+        #[command(flatten)]
+        cache: CacheArgs,
     },
 }
 
 /// Runs the command.
 pub fn run(args: &SceneCheckArgs, interrupt: &Interrupt) -> Outcome {
-    let SceneCommand::Check { scene, area } = &args.command;
+    let SceneCommand::Check { scene, area, cache } = &args.command;
     let reporter = Reporter::new(Mode::Auto, interrupt);
     let scene = scene::read(scene, &reporter)?;
     let mut text = description(&scene);
 
     if let Some(file) = area {
-        let source = PageFile::open(file)?;
+        let source = cache.open(file)?;
         if let (Some(FilmSun::Still(SunSetting::Time(_))), Some(sky)) =
             (scene.sun, area::sky_of(&scene, source.header())?)
         {

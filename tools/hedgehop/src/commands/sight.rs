@@ -1,16 +1,15 @@
 //! `hedgehop sight`: whether one point sees another.
 
 use std::fmt::Write;
-use std::path::PathBuf;
 
 use serde_json::{Value, json};
 
 use crate::args;
+use crate::database::{CacheArgs, DatabaseName};
 use crate::exit::{self, Outcome};
 use crate::places::Places;
 use crate::world::WorldArgs;
 use hedgehop::Error;
-use hedgehop::memory::PageFile;
 use hedgehop::render::RenderOptions;
 use hedgehop::voxel::{Header, PageSource};
 use hedgehop_query::{Matter, Sight, sight};
@@ -28,7 +27,7 @@ Examples:
 pub struct SightArgs {
     /// Database to ask
     #[arg(value_name = "AREA.hop")]
-    file: PathBuf,
+    file: DatabaseName,
 
     /// Longitude, latitude (degrees, WGS 84; of local databases x and y) and height above the ground or the roof there, metres
     #[arg(long, value_name = "LON,LAT,HEIGHT", value_parser = args::position, allow_hyphen_values = true)]
@@ -51,6 +50,9 @@ pub struct SightArgs {
     #[arg(long, value_name = "auto|on|off|K", default_value = "auto", value_parser = crate::world::bend, allow_hyphen_values = true)]
     curvature: crate::world::Bend,
 
+    #[command(flatten)]
+    cache: CacheArgs,
+
     /// Print one JSON object
     #[arg(long)]
     json: bool,
@@ -58,7 +60,7 @@ pub struct SightArgs {
 
 /// Runs the command.
 pub fn run(args: &SightArgs) -> Outcome {
-    let source = PageFile::open(&args.file)?;
+    let source = args.cache.open(&args.file)?;
     let places = Places::new(&source, args.xy)?;
     let [from, to] = [args.from, args.to].map(|point| places.point(point, args.msl));
     let (from, to) = (from?, to?);

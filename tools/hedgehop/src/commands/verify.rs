@@ -1,14 +1,12 @@
 //! `hedgehop verify`: is a database, or a folder of frames, whole?
 
-use std::path::PathBuf;
-
 use serde_json::{Value, json};
 
 use super::verify_frames;
+use crate::database::{CacheArgs, DatabaseName};
 use crate::exit::{self, Failure, Outcome};
 use crate::interrupt::Interrupt;
 use crate::progress::{Mode, Reporter};
-use hedgehop::memory::PageFile;
 use hedgehop::voxel::{Problem, VerifyReport};
 
 const EXAMPLE: &str = "\
@@ -26,11 +24,14 @@ Examples:
 pub struct VerifyArgs {
     /// Database, or folder of frames, to check
     #[arg(value_name = "AREA.hop|FOLDER")]
-    file: PathBuf,
+    file: DatabaseName,
 
     /// Print one JSON object
     #[arg(long)]
     json: bool,
+
+    #[command(flatten)]
+    cache: CacheArgs,
 
     /// Form of progress on standard error
     #[arg(long, value_enum, value_name = "MODE", default_value = "auto")]
@@ -43,7 +44,7 @@ pub fn run(args: &VerifyArgs, interrupt: &Interrupt) -> Outcome {
     if args.file.is_dir() {
         return verify_frames::tell(&args.file, None, args.json, &reporter);
     }
-    let report = PageFile::open(&args.file)?.verify(&reporter)?;
+    let report = args.cache.open(&args.file)?.verify(&reporter)?;
     let text = if args.json { format!("{:#}\n", json(args, &report)) } else { lines(args, &report) };
     exit::print(&text)?;
     if report.is_sound() { Ok(()) } else { Err(Failure::Problems) }

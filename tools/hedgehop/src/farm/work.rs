@@ -133,13 +133,14 @@ fn other_job(folder: &Path, what: &str) -> Error {
 }
 
 impl ChunkWork {
-    /// Refuses frames that are not the job's: of another database, flight or setting, or of pages that are damaged here.
+    /// Refuses frames that are not the job's: of another database, flight or setting, or of pages that are damaged here. `anew` is the
+    /// database, of which nothing was read yet.
     pub fn check(
         &self,
         own: &Manifest,
         renderer: &Renderer<'_>,
         cameras: &[NumberedCamera],
-        file: &PageFile,
+        anew: &PageFile,
         observer: &dyn Observer,
     ) -> Result<()> {
         if let Some(what) = self.job.made_of.difference(own) {
@@ -150,11 +151,9 @@ impl ChunkWork {
             ));
         }
 
-        // Pages that the file's own reader has checked are not checked anew by it.
-        let anew = PageFile::open(file.path())?;
         let parts = match self.job.check {
             PageCheck::Planned if is_planned(renderer, cameras)? => {
-                planned(renderer, cameras, &anew, observer)?
+                planned(renderer, cameras, anew, observer)?
             }
             PageCheck::Planned | PageCheck::Whole => {
                 anew.directory().present().flat_map(|(id, _): (PageId, _)| PagePart::all(id)).collect()

@@ -15,6 +15,7 @@ mod maps;
 mod paging;
 mod queries;
 mod recipes;
+mod remote;
 mod running_sun;
 mod scenes;
 mod screens;

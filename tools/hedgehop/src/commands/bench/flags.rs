@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use crate::args::{self, Instructions, Overlap};
+use crate::database::{CacheArgs, DatabaseName};
 use crate::exit;
 use crate::memory::Memory;
 use crate::progress::Mode;
@@ -19,7 +20,7 @@ use hedgehop::subimage::TaskSize;
 pub struct BenchArgs {
     /// Database to fly through
     #[arg(value_name = "AREA.hop")]
-    pub(super) area: PathBuf,
+    pub(super) area: DatabaseName,
 
     /// Numbers of worker threads to measure [default: 1, 2, 4, … up to one per core]
     #[arg(long, value_name = "N,N,…", value_delimiter = ',', value_parser = args::workers)]
@@ -65,6 +66,9 @@ pub struct BenchArgs {
 
     #[command(flatten)]
     pub(super) trust: TrustArgs,
+
+    #[command(flatten)]
+    pub(super) cache: CacheArgs,
 
     #[command(flatten)]
     pub(super) instructions: Instructions,

@@ -9,7 +9,6 @@ use crate::frame_ranges::ranges;
 use crate::progress::{Mode, Reporter};
 use hedgehop::encode::sidecar::{FrameCost, Manifest};
 use hedgehop::encode::{FramePattern, FrameSet};
-use hedgehop::memory::PageFile;
 use hedgehop::progress::Observer;
 use hedgehop::{Error, Result};
 
@@ -106,7 +105,7 @@ fn render_row(
     args.traffic = None;
 
     let begun = Instant::now();
-    fly(&args, PageFile::open_trusting(&args.area, args.trust.trust())?, silent)?;
+    fly(&args, args.cache.open_trusting(&args.area, args.trust.trust())?, silent)?;
     let seconds = begun.elapsed().as_secs_f64();
     let manifest = Manifest::read(folder)?;
     let manifest = manifest.ok_or_else(|| Error::invalid(folder, "no manifest of sample frames"))?;

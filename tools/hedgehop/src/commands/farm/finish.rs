@@ -13,7 +13,6 @@ use crate::frame_ranges::ranges;
 use crate::interrupt::Interrupt;
 use crate::progress::{Mode, Reporter};
 use hedgehop::encode::sidecar::Manifest;
-use hedgehop::memory::PageFile;
 use hedgehop::{Error, Result};
 
 /// List the frames of a job in one manifest, and make its film and contact sheet.
@@ -105,7 +104,7 @@ pub fn work_off(job: &FarmJob, place: &Path, number: u64, reporter: &Reporter) -
     let mut args = request::parse(&job.worker_flags(), "the flags of the job")?;
     args.work = WorkArgs::of(place, number);
     args.overwrite = true;
-    render::fly(&args, PageFile::open_trusting(&args.area, args.trust.trust())?, reporter).map(drop)
+    render::fly(&args, args.cache.open_trusting(&args.area, args.trust.trust())?, reporter).map(drop)
 }
 
 /// Lists the frames of a chunk that are not finished: they have no record, or no file.
@@ -122,6 +121,6 @@ pub fn unfinished(job: &FarmJob, number: u64, place: &Path, state: &ChunkState) 
 fn make_film(job: &FarmJob, reporter: &Reporter) -> Result<()> {
     let args = request::parse(&job.worker_flags(), "the flags of the job")?;
     let Some(film) = &args.film.video else { return Ok(()) };
-    render::fly(&args, PageFile::open_trusting(&args.area, args.trust.trust())?, reporter)?;
+    render::fly(&args, args.cache.open_trusting(&args.area, args.trust.trust())?, reporter)?;
     exit::print(&format!("wrote the film {}\n", film.display()))
 }

@@ -17,7 +17,6 @@ use crate::memory::Late;
 use crate::playback::duration;
 use crate::progress::{Mode, Reporter};
 use hedgehop::encode::{FramePattern, Target};
-use hedgehop::memory::PageFile;
 use hedgehop::progress::Observer;
 use hedgehop::render::Engine;
 use hedgehop::{Error, Result};
@@ -107,7 +106,7 @@ pub fn run(args: &SubmitArgs, interrupt: &Interrupt) -> Outcome {
         FarmJob::check_free(&place)?;
     }
 
-    let file = PageFile::open_trusting(&asked.area, asked.trust.trust())?;
+    let file = asked.cache.open_trusting(&asked.area, asked.trust.trust())?;
     let survey = render::survey(&asked, &file, &reporter)?;
     let places = args.samples.unwrap_or_else(|| cost_samples::usual_places(survey.numbers.len()));
     let cores = args.hand_out.cores(asked.workers.jobs);
@@ -122,7 +121,8 @@ pub fn run(args: &SubmitArgs, interrupt: &Interrupt) -> Outcome {
         _ => CostPrediction::fit(&survey.numbers, &survey.loads, &sampled.samples),
     };
 
-    let is_whole = file.file_length() <= CHECKED_WHOLE;
+    // All of a database behind a URL would have to be fetched.
+    let is_whole = file.file_length() <= CHECKED_WHOLE && !asked.area.is_remote();
     let simd =
         (asked.instructions.engine() == Engine::Planes).then(|| asked.instructions.isa().name().into());
     let job = FarmJob {

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use super::film_args::{FilmArgs, PRESET_RATES};
 use crate::aov::AovArgs;
 use crate::args::{Instructions, Overlap, Workers};
+use crate::database::{CacheArgs, DatabaseName};
 use crate::exit;
 use crate::farm::work::WorkArgs;
 use crate::finish::FinishArgs;
@@ -29,7 +30,7 @@ use hedgehop::flight::FrameRate;
 pub struct RenderArgs {
     /// Database to fly through
     #[arg(value_name = "AREA.hop")]
-    pub area: PathBuf,
+    pub area: DatabaseName,
 
     /// Output of frames: frames/####.png, frames/%04d.exr, film.y4m, or - for y4m on standard output; with --video they need none
     #[arg(short, long, value_name = "PATTERN", value_parser = FramePattern::parse, required_unless_present = "video")]
@@ -87,6 +88,9 @@ pub struct RenderArgs {
     pub trust: TrustArgs,
 
     #[command(flatten)]
+    pub cache: CacheArgs,
+
+    #[command(flatten)]
     pub instructions: Instructions,
 
     #[command(flatten)]
@@ -119,7 +123,7 @@ pub struct RenderArgs {
 
 impl RenderArgs {
     /// Asks for all frames of a flight, as they come without further flags.
-    pub fn of_flight(area: PathBuf, output: FramePattern, fps: FrameRate, flight: FlightArgs) -> Self {
+    pub fn of_flight(area: DatabaseName, output: FramePattern, fps: FrameRate, flight: FlightArgs) -> Self {
         Self {
             area,
             output: Some(output),
@@ -137,6 +141,7 @@ impl RenderArgs {
             aov: AovArgs::default(),
             labels: LabelArgs::default(),
             trust: TrustArgs::default(),
+            cache: CacheArgs::default(),
             instructions: Instructions::default(),
             flight,
             look: LookArgs::default(),

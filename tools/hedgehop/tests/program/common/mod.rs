@@ -1,5 +1,7 @@
 //! The program, run from outside.
 
+pub mod range_server;
+
 use std::ffi::OsStr;
 use std::process::{Command, Output, Stdio};
 
