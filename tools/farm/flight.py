@@ -105,8 +105,13 @@ def of_chunks(kind, chunks, error, stretch, seed=0):
 
 
 def read_times(path):
-    """Seconds of each frame: a JSON list of numbers, or what `hedgehop bench --json` writes."""
+    """Seconds of each frame: a list of numbers, a manifest.json, or what `plan --times --json` or `bench --json` writes."""
     value = json.loads(path.read_text(encoding="utf-8"))
+    if isinstance(value, dict) and "by_frame" in value:
+        return [frame["predicted_s"] for frame in value["by_frame"]]
+    if isinstance(value, dict) and "settings_digest" in value:
+        costs = [frame["cost"] for frame in value["frames"]]
+        return [cost.get("cpu_s", cost["wall_s"]) for cost in costs]
     if isinstance(value, dict):
         passes = value["results"][0]["fastest_passes"]
         return [(frame["cpu_ms"] or frame["wall_ms"]) / 1000.0 for frame in passes]

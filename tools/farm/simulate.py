@@ -51,7 +51,7 @@ def arguments(words):
     add("--workers", metavar="N,...", type=numbers, default=[10, 100, 1000], help="[default: 10,100,1000]")
     add("--engine", choices=sorted(engines.ENGINES), default="hq", help="what hands out tasks [default: hq]")
     add("--plan", metavar="FILE", type=pathlib.Path, help="pages of each frame: `hedgehop plan --json`")
-    add("--times", metavar="FILE", type=pathlib.Path, help="seconds of each frame: JSON list, or `bench --json`")
+    add("--times", metavar="FILE", type=pathlib.Path, help="seconds of each frame: a manifest.json, `plan --times --json`, `bench --json`, or a JSON list")
     add("--chunks", metavar="FILE", type=pathlib.Path, help='JSON list of {"frames": "1-40", "predicted_s": 12.3}')
     add("--set", metavar="NAME=VALUE", type=changed, action="append", default=[], help="a parameter; may be repeated")
     add("--seeds", metavar="N", type=int, default=5, help="runs of each size; the median counts [default: 5]")

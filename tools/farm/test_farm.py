@@ -257,6 +257,16 @@ class Parts(unittest.TestCase):
         self.assertEqual(flight.high[:3], [100, 110, 110])
         self.assertEqual(flight.low[:3], [0, 10, 30])
 
+    def test_times_come_from_manifests_and_plans(self):
+        manifest = {"settings_digest": "x", "frames": [
+            {"cost": {"wall_s": 3.0, "cpu_s": 2.0}}, {"cost": {"wall_s": 4.0}}]}
+        planned = {"by_frame": [{"predicted_s": 0.5}, {"predicted_s": 0.25}]}
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder) / "times.json"
+            for value, seconds in ((manifest, [2.0, 4.0]), (planned, [0.5, 0.25]), ([1, 2], [1.0, 2.0])):
+                file.write_text(json.dumps(value), encoding="utf-8")
+                self.assertEqual(flights.read_times(file), seconds)
+
     def test_parameters_are_checked_and_listed(self):
         self.assertEqual(simulate.changed("slow_tasks=0.5"), ("slow_tasks", 0.5))
         self.assertEqual(simulate.changed("policy=cost"), ("policy", "cost"))
