@@ -5,6 +5,7 @@ use std::path::Path;
 use serde_json::json;
 
 use super::{Call, Tasks, scripts};
+use crate::frame_ranges::ranges;
 
 /// Name of the template in the job's folder.
 pub const TEMPLATE: &str = "openjd.json";
@@ -21,7 +22,8 @@ pub fn template(tasks: &Tasks, place: &Path) -> String {
         tasks.memory.map(|bytes| json!({ "name": "amount.worker.memory", "min": bytes.div_ceil(MIB) })),
     );
 
-    // Braces in a name would be taken for an expression; parameters' values are not.
+    // A list may have 1024 numbers at most; as text there may be more. Braces in a name would be taken for an expression;
+    // parameters' values are not.
     let template = json!({
         "specificationVersion": "jobtemplate-2023-09",
         "name": "{{Param.Name}}",
@@ -34,7 +36,7 @@ pub fn template(tasks: &Tasks, place: &Path) -> String {
             {
                 "name": "Render",
                 "parameterSpace": {
-                    "taskParameterDefinitions": [{ "name": "Chunk", "type": "INT", "range": tasks.chunks }],
+                    "taskParameterDefinitions": [{ "name": "Chunk", "type": "INT", "range": ranges(&tasks.chunks) }],
                 },
                 "hostRequirements": { "amounts": amounts },
                 "script": { "actions": { "onRun": {
