@@ -58,11 +58,11 @@ pub fn template(tasks: &Tasks, place: &Path) -> String {
     format!("{template:#}\n")
 }
 
-/// Returns the command that works it off on this machine.
+/// Returns the command that works off the chunks on this machine; whoever runs it ends the job.
 pub fn run(tasks: &Tasks, place: &Path) -> Call {
     let mut words: Vec<String> = ["openjd", "run"].map(String::from).to_vec();
     words.push(place.join(TEMPLATE).display().to_string());
-    words.extend(["--step", "Finish", "--run-dependencies"].map(String::from));
+    words.extend(["--step", "Render"].map(String::from));
     words.extend(tasks.pass.iter().cloned());
     Call::Wait(words)
 }

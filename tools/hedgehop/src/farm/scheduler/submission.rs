@@ -58,7 +58,7 @@ impl Submission {
             text += &format!("# {}\n{content}\n", self.place.join(name).display());
         }
         if self.engine == Scheduler::Local {
-            return text + &self.tasks.chunks.iter().map(|number| self.line(*number)).collect::<String>();
+            text.extend(self.tasks.chunks.iter().map(|number| self.line(*number)));
         }
 
         let mut ids = Vec::new();
@@ -96,8 +96,6 @@ impl Submission {
         match self.finish(ids) {
             // Names of variables are to be read by the shell.
             Some(words) => words.iter().map(|word| unquoted(word, ids)).collect::<Vec<_>>().join(" ") + "\n",
-            // The template has this step itself.
-            None if self.engine == Scheduler::Openjd => String::new(),
             None => quoted(&["sh".into(), script]) + "\n",
         }
     }
