@@ -72,7 +72,11 @@ impl WorkArgs {
             None => number_of_task(&|name| std::env::var(name).ok())?,
         };
         let frames = job.chunk(number, folder)?.set()?;
-        check_program(&job, instructions, folder)?;
+        if let Err(refusal) = check_program(&job, instructions, folder) {
+            // Whoever asks how far the job is gets to know why.
+            PartLog::begin(folder, number)?.end(Some(refusal.to_string()))?;
+            return Err(refusal);
+        }
         let lock = lock(folder, number, observer)?;
         Ok(Some(ChunkWork {
             folder: folder.clone(),
