@@ -5,6 +5,7 @@ mod cli;
 mod clouds;
 mod common;
 mod corridors;
+mod farm;
 mod faults;
 mod features;
 mod films;
