@@ -9,6 +9,7 @@ use crate::args::check_no_input;
 use hedgehop::Result;
 use hedgehop::encode::atomic::{check_writable, write_bytes};
 use hedgehop::memory::{PageFile, PagePlan};
+use hedgehop::render::NumberedCamera;
 use hedgehop::voxel::{BARE, Grid, PagePart};
 
 /// Columns of the table. What holds no pages, and is needed to open the database, has the first three alone; what was read to plan the flight, and is read again to
@@ -21,12 +22,12 @@ pub fn check(list: &Path, inputs: &[&Path]) -> Result<()> {
     check_writable(list)
 }
 
-/// Writes the table: a line for each part of a page, in the order of need, with the index of the first planned frame that needs it. Nothing else of the database was
+/// Writes the table: a line for each part of a page, in the order of need, with the number of the first frame that needs it. Nothing else of the database was
 /// read than to plan the flight.
 ///
 /// # Errors
 /// The database cannot be read; the list cannot be written.
-pub fn write(list: &Path, file: &PageFile, plan: &PagePlan) -> Result<()> {
+pub fn write(list: &Path, file: &PageFile, plan: &PagePlan, cameras: &[NumberedCamera]) -> Result<()> {
     let mut text = format!("{COLUMNS}\n");
     // Writing to a string does not fail.
     for Range { start, end } in file.ends()? {
@@ -35,7 +36,9 @@ pub fn write(list: &Path, file: &PageFile, plan: &PagePlan) -> Result<()> {
     let planned: HashSet<_> = plan.first_use.iter().map(|(part, _)| *part).collect();
     let read = file.touched_parts().into_iter().filter(|part| !planned.contains(part));
     let read = read.map(|part| (part, String::new()));
-    let needed = plan.first_use.iter().map(|(part, frame)| (*part, frame.to_string()));
+    let number =
+        |index: u32| cameras.get(index as usize).map_or_else(String::new, |frame| frame.number.to_string());
+    let needed = plan.first_use.iter().map(|(part, index)| (*part, number(*index)));
     for (part, frame) in read.chain(needed) {
         let (Range { start, end }, page) = (file.stretch(part), part.page());
         let level = if page.level == BARE { "bare".into() } else { Grid::side_units(page.level).to_string() };

@@ -213,7 +213,7 @@ pub fn run(args: &PlanArgs, interrupt: &Interrupt) -> Outcome {
         Traffic { header: file.header(), cameras: &cameras, first_use }.write(map)?;
     }
     if let Some(list) = &args.page_list {
-        page_list::write(list, &file, &planned.plan)?;
+        page_list::write(list, &file, &planned.plan, &cameras)?;
     }
 
     let farm = Farm::new(args.workers.count())?;

@@ -79,7 +79,9 @@ pub struct Done {
 pub fn run(args: &RenderArgs, interrupt: &Interrupt) -> Outcome {
     let reporter = Reporter::new(args.progress, interrupt);
     args.instructions.check()?;
-    let done = fly(args, args.cache.open_trusting(&args.area, args.trust.trust())?, &reporter)?;
+    let file = args.cache.open_trusting(&args.area, args.trust.trust());
+    let file = file.inspect_err(|error| args.work.give_up(error))?;
+    let done = fly(args, file, &reporter)?;
     if args.stats {
         reporter.note(&memory::sentence(&done.paging));
     }

@@ -6,9 +6,11 @@ mod job;
 use std::path::{Path, PathBuf};
 
 use crate::exit::{self, Failure, Outcome};
+use crate::frame_ranges::ranges;
 use crate::interrupt::Interrupt;
 use crate::progress::{Mode, Reporter};
 use hedgehop::Error;
+use hedgehop::progress::Observer;
 use job::{JobOfFrames, absolute};
 
 const EXAMPLE: &str = "\
@@ -59,6 +61,10 @@ pub fn run(args: &VerifyFramesArgs, interrupt: &Interrupt) -> Outcome {
         return tell(&args.folder, job.as_ref(), args.json, &reporter);
     }
     let Some(job) = job else {
+        let found = folder::check(&args.folder, None, &reporter)?;
+        if found.is_sound() {
+            return tell(&args.folder, None, args.json, &reporter);
+        }
         return Err(Error::Configuration(format!(
             "no job of a farm is known for {}, which would say how its frames are rendered; name it with --job, or give render the \
              --frames that are listed without --repair",
@@ -70,6 +76,9 @@ pub fn run(args: &VerifyFramesArgs, interrupt: &Interrupt) -> Outcome {
     let folder = absolute(&args.folder)?;
     let found = folder::check(&folder, Some(job.expected()?), &reporter)?;
     job.repair(&found.numbers(), &reporter)?;
+    if !found.is_sound() {
+        reporter.note(&format!("rendered again: frames {}", ranges(&found.numbers())));
+    }
     tell(&folder, Some(&job), args.json, &reporter)
 }
 

@@ -13,6 +13,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::cost::CostModel;
+use super::scheduler::named;
 use crate::output::WRITER;
 use hedgehop::encode::FrameSet;
 use hedgehop::encode::atomic::write_new_bytes;
@@ -127,8 +128,9 @@ impl FarmJob {
     pub fn check_free(folder: &Path) -> Result<()> {
         if folder.join(FILE).exists() {
             return Err(Error::Configuration(format!(
-                "{0} holds a job already; go on with it by `hedgehop farm retry {0}`, remove it, or give another --job",
-                folder.display()
+                "{} holds a job already; go on with it by `hedgehop farm retry {}`, remove it, or give another --job",
+                folder.display(),
+                named(folder)
             )));
         }
         Ok(())

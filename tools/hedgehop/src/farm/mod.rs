@@ -11,6 +11,7 @@
 //! Nothing but files says how far a job is: a worker, a machine or a scheduler that dies takes no knowledge along, and
 //! whoever comes next goes on with the frames that are missing.
 
+pub mod chunk_lock;
 pub mod chunks;
 pub mod cost;
 pub mod job;

@@ -4,13 +4,12 @@
 //! parts/0007.RANDOM.jsonl     one for each try of chunk 7, of lines:
 //!   {"frame":{…}}             a frame is whole under its name; a later line of the same frame is the more complete one
 //!   {"end":{"failure":…}}     the try is over
-//! parts/0007.lock             held by whoever works on it, where the file system has locks
 //! ```
 
 use std::collections::BTreeMap;
-use std::fs::{self, File, TryLockError};
+use std::fs::{self, File};
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::SystemTime;
 
@@ -18,7 +17,6 @@ use serde::{Deserialize, Serialize};
 
 use super::job;
 use hedgehop::encode::sidecar::FrameRecord;
-use hedgehop::progress::Observer;
 use hedgehop::{Error, Result};
 
 /// Line of a file of records.
@@ -34,6 +32,9 @@ enum PartLine {
 struct PartEnd {
     /// Sentence of what ended it early.
     failure: Option<String>,
+    /// Whether somebody asked it to stop.
+    #[serde(default)]
+    is_stopped: bool,
 }
 
 /// File of records that a worker writes.
@@ -63,8 +64,9 @@ impl PartLog {
     }
 
     /// Says that the try is over.
-    pub fn end(&self, failure: Option<String>) -> Result<()> {
-        self.write(&PartLine::End(PartEnd { failure }))
+    pub fn end(&self, failure: Option<&Error>) -> Result<()> {
+        let is_stopped = matches!(failure, Some(Error::Interrupted(_)));
+        self.write(&PartLine::End(PartEnd { failure: failure.map(ToString::to_string), is_stopped }))
     }
 
     fn write(&self, line: &PartLine) -> Result<()> {
@@ -86,6 +88,8 @@ pub struct ChunkState {
     pub open: usize,
     /// Sentence of the failure that ended the last try that came to an end.
     pub failure: Option<String>,
+    /// Whether somebody asked that try to stop.
+    pub is_stopped: bool,
     /// Time of the last record.
     pub touched: Option<SystemTime>,
 }
@@ -119,14 +123,14 @@ impl ChunkState {
         let mut is_open = true;
         for line in bytes.split(|byte| *byte == b'\n') {
             match serde_json::from_slice(line) {
-                Ok(PartLine::Frame(record)) => {
+                Ok(PartLine::Frame(record)) if is_name(record.file.as_deref()) => {
                     self.records.insert(record.frame, *record);
                 }
-                Ok(PartLine::End(PartEnd { failure })) => {
+                Ok(PartLine::End(PartEnd { failure, is_stopped })) => {
                     is_open = false;
-                    self.failure = failure;
+                    (self.failure, self.is_stopped) = (failure, is_stopped);
                 }
-                Err(_) => {}
+                Ok(PartLine::Frame(_)) | Err(_) => {}
             }
         }
 
@@ -135,6 +139,12 @@ impl ChunkState {
         self.touched = self.touched.max(fs::metadata(path).and_then(|found| found.modified()).ok());
         Ok(())
     }
+}
+
+/// Whether a record names a file in the folder of the frames, and none elsewhere.
+fn is_name(file: Option<&str>) -> bool {
+    let mut parts = Path::new(file.unwrap_or_default()).components();
+    matches!((parts.next(), parts.next()), (Some(Component::Normal(_)), None))
 }
 
 /// Lists files of records with the numbers of their chunks, the oldest first.
@@ -158,39 +168,6 @@ fn files(job: &Path) -> Result<Vec<(u64, PathBuf)>> {
 }
 
 /// Name of a chunk's files before the first point.
-pub fn stem(number: u64) -> String {
+fn stem(number: u64) -> String {
     format!("{number:04}")
-}
-
-/// Waits until nobody else works on a chunk, and keeps others from it until what it returns is dropped. `None` where the file system has no
-/// locks: two workers may then do the same, and write the same bytes.
-pub fn lock(job: &Path, number: u64, observer: &dyn Observer) -> Result<Option<File>> {
-    let path = job::parts(job).join(format!("{}.lock", stem(number)));
-    let file = File::options().create(true).truncate(false).write(true).open(&path);
-    let file = file.map_err(|error| Error::io(&path, "open it", error))?;
-    match file.try_lock() {
-        Ok(()) => return Ok(Some(file)),
-        Err(TryLockError::Error(_)) => return Ok(None),
-        Err(TryLockError::WouldBlock) => {}
-    }
-
-    observer.note(&format!("another worker is at chunk {number}; waiting for what it leaves"));
-    loop {
-        std::thread::sleep(std::time::Duration::from_millis(200));
-        if observer.cancelled() {
-            return Err(Error::Interrupted(format!("chunk {number} is left to the worker that is at it")));
-        }
-        match file.try_lock() {
-            Ok(()) => return Ok(Some(file)),
-            Err(TryLockError::Error(_)) => return Ok(None),
-            Err(TryLockError::WouldBlock) => {}
-        }
-    }
-}
-
-/// Whether somebody works on a chunk now, as far as the file system has locks that say so.
-pub fn is_locked(job: &Path, number: u64) -> bool {
-    let path = job::parts(job).join(format!("{}.lock", stem(number)));
-    let Ok(file) = File::options().write(true).open(path) else { return false };
-    matches!(file.try_lock(), Err(TryLockError::WouldBlock))
 }

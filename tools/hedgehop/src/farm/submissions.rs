@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::job;
 use super::scheduler::{Scheduler, Tasks};
-use hedgehop::encode::atomic::write_new_bytes;
+use hedgehop::encode::atomic::{write_bytes, write_new_bytes};
 use hedgehop::{Error, Result};
 
 /// Record of a submission.
@@ -22,12 +22,21 @@ pub struct SubmissionRecord {
 }
 
 impl SubmissionRecord {
-    /// Writes the record into the folder of a job.
-    pub fn write(&self, place: &Path) -> Result<()> {
-        let path = job::submissions(place).join(format!("{:04}.json", files(place)?.len() + 1));
-        let text =
-            serde_json::to_vec_pretty(self).map_err(|error| Error::io(&path, "write it", error.into()))?;
-        write_new_bytes(&path, &text)
+    /// Writes the record into the folder of a job; returns its number.
+    pub fn write(&self, place: &Path) -> Result<usize> {
+        let number = files(place)?.len() + 1;
+        let path = file(place, number);
+        write_new_bytes(&path, &self.text(&path)?).map(|()| number)
+    }
+
+    /// Writes the record in the place of an earlier one.
+    pub fn replace(&self, place: &Path, number: usize) -> Result<()> {
+        let path = file(place, number);
+        write_bytes(&path, &self.text(&path)?)
+    }
+
+    fn text(&self, path: &Path) -> Result<Vec<u8>> {
+        serde_json::to_vec_pretty(self).map_err(|error| Error::io(path, "write it", error.into()))
     }
 
     /// Reads the records of a job, the oldest first.
@@ -40,6 +49,10 @@ impl SubmissionRecord {
         };
         files(place)?.into_iter().map(read).collect()
     }
+}
+
+fn file(place: &Path, number: usize) -> PathBuf {
+    job::submissions(place).join(format!("{number:04}.json"))
 }
 
 fn files(place: &Path) -> Result<Vec<PathBuf>> {

@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
+use super::chunk_lock::lock;
 use super::job::{FarmJob, PageCheck, ProgramRecord};
-use super::parts::{ChunkState, PartLog, lock};
+use super::parts::{ChunkState, PartLog};
 use crate::args::Instructions;
 use crate::sequence::Delivery;
 use hedgehop::encode::FrameSet;
@@ -60,6 +61,21 @@ impl WorkArgs {
         self.farm.is_some()
     }
 
+    /// Records that this process renders nothing, so that whoever asks how far the job is gets to know why.
+    pub fn give_up(&self, why: &Error) {
+        let Some(folder) = &self.farm else { return };
+        // What went wrong before explains more than that it cannot be recorded.
+        let log = self.number().and_then(|number| PartLog::begin(folder, number));
+        let _ = log.and_then(|log| log.end(Some(why)));
+    }
+
+    fn number(&self) -> Result<u64> {
+        match self.chunk {
+            Some(number) => Ok(number),
+            None => number_of_task(&|name| std::env::var(name).ok()),
+        }
+    }
+
     /// Takes the chunk on, if there is one: waits until nobody else is at it, and begins a file of records.
     ///
     /// # Errors
@@ -67,14 +83,10 @@ impl WorkArgs {
     pub fn begin(&self, instructions: Instructions, observer: &dyn Observer) -> Result<Option<ChunkWork>> {
         let Some(folder) = &self.farm else { return Ok(None) };
         let job = FarmJob::read(folder)?;
-        let number = match self.chunk {
-            Some(number) => number,
-            None => number_of_task(&|name| std::env::var(name).ok())?,
-        };
+        let number = self.number()?;
         let frames = job.chunk(number, folder)?.set()?;
         if let Err(refusal) = check_program(&job, instructions, folder) {
-            // Whoever asks how far the job is gets to know why.
-            PartLog::begin(folder, number)?.end(Some(refusal.to_string()))?;
+            self.give_up(&refusal);
             return Err(refusal);
         }
         let lock = lock(folder, number, observer)?;
@@ -171,6 +183,19 @@ impl ChunkWork {
         })
     }
 
+    /// Refuses a flight that has become too short for the chunk.
+    pub fn check_length(&self, count: u64) -> Result<()> {
+        match self.frames.last() {
+            Some(last) if last > count => Err(other_job(
+                &self.folder,
+                &format!(
+                    "this is not what was submitted: the flight had {last} frames or more, and has {count} now; submit a job of its own"
+                ),
+            )),
+            _ => Ok(()),
+        }
+    }
+
     /// Whether a frame is finished: its file holds the bytes that a record tells of.
     pub fn is_finished(&self, number: u64, file: &Path) -> bool {
         let Some(blake3) = self.finished.get(&number).and_then(|record| record.blake3.as_ref()) else {
@@ -195,7 +220,7 @@ impl ChunkWork {
 
     /// Records the end of this try, and what ended it early.
     pub fn end(&self, failure: Option<&Error>) -> Result<()> {
-        self.log.end(failure.map(ToString::to_string))
+        self.log.end(failure)
     }
 }
 

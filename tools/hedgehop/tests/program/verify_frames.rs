@@ -81,7 +81,7 @@ fn twenty_faults_are_found_and_mended() {
     let numbers = damage(&folder);
     let told = ends(&run(&folder, "verify-frames f"), 6);
     let list: Vec<String> = numbers.iter().map(u64::to_string).collect();
-    assert!(told.contains(&format!("render them again with --frames {}\n", list.join(","))), "{told}");
+    assert!(told.contains(&format!("as render does with --frames {}\n", list.join(","))), "{told}");
     let json = run(&folder, "verify-frames f --json");
     let json: serde_json::Value = serde_json::from_slice(&json.stdout).expect("it is JSON");
     let found: Vec<u64> =

@@ -2,8 +2,11 @@
 
 use std::path::PathBuf;
 
+use super::finish::unfinished;
 use crate::exit::{self, Outcome};
+use crate::farm::chunk_lock::worker_here;
 use crate::farm::job::FarmJob;
+use crate::farm::parts::ChunkState;
 use crate::farm::scheduler::{cancel, process};
 use crate::farm::submissions::SubmissionRecord;
 use hedgehop::Error;
@@ -18,13 +21,27 @@ pub struct CancelArgs {
 
 /// Runs the command.
 pub fn run(args: &CancelArgs) -> Outcome {
-    FarmJob::read(&args.job)?;
+    let job = FarmJob::read(&args.job)?;
+    let states = ChunkState::read_all(&args.job, job.chunks.len())?;
+    let mut open = Vec::new();
+    for (number, state) in (1..).zip(&states) {
+        if !unfinished(&job, number, &args.job, state)?.is_empty() {
+            open.push(number);
+        }
+    }
+
     let mut stopped = Vec::new();
     if process::cancel(&args.job)? {
         stopped.push("the processes on this machine".to_owned());
-    }
-    for record in SubmissionRecord::all(&args.job)? {
-        stopped.extend(cancel(record.engine, &record.ids)?);
+    } else if !open.is_empty() {
+        for record in SubmissionRecord::all(&args.job)? {
+            stopped.extend(cancel(record.engine, &record.ids)?);
+        }
+        // Workers whose scheduler is gone.
+        for worker in open.iter().filter_map(|number| worker_here(&args.job, *number)) {
+            process::stop(worker)?;
+            stopped.push(format!("process {worker}"));
+        }
     }
 
     let place = args.job.display();
@@ -34,5 +51,8 @@ pub fn run(args: &CancelArgs) -> Outcome {
         ))
         .into());
     }
-    Ok(exit::print(&format!("{place}: stopped {}; farm retry goes on with it\n", stopped.join(", ")))?)
+    Ok(exit::print(&format!(
+        "{place}: asked {} to stop, which end after the frames in hand; farm retry goes on with it\n",
+        stopped.join(", ")
+    ))?)
 }

@@ -103,6 +103,8 @@ fn render_row(
     args.film.video = None;
     args.skip_existing = false;
     args.traffic = None;
+    // Frames that overlap share the processor time between two deliveries.
+    args.overlap.in_flight = Some(1);
 
     let begun = Instant::now();
     fly(&args, args.cache.open_trusting(&args.area, args.trust.trust())?, silent)?;

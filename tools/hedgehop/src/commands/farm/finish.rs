@@ -8,6 +8,7 @@ use crate::commands::render;
 use crate::exit::{self, Failure, Outcome};
 use crate::farm::job::FarmJob;
 use crate::farm::parts::ChunkState;
+use crate::farm::scheduler::named;
 use crate::farm::work::WorkArgs;
 use crate::frame_ranges::ranges;
 use crate::interrupt::Interrupt;
@@ -49,10 +50,13 @@ pub fn finish(job: &FarmJob, place: &Path, reporter: &Reporter) -> Outcome {
         }
     }
     if !missing.is_empty() {
-        let place = place.display();
+        let is_mended = states.iter().all(|state| state.failure.is_none());
+        let first = if is_mended { "" } else { "mend what failed, then " };
         text += &format!(
-            "{place}: {} frames are missing; hedgehop farm retry {place} renders them\n",
-            missing.len()
+            "{}: {} frames are missing; {first}hedgehop farm retry {} renders them\n",
+            place.display(),
+            missing.len(),
+            named(place)
         );
         exit::print(&text)?;
         return Err(Failure::Problems);
@@ -92,7 +96,10 @@ pub fn list(job: &FarmJob, place: &Path) -> Result<()> {
 
 fn list_records(job: &FarmJob, states: Vec<ChunkState>) -> Result<Manifest> {
     let mut manifest = job.made_of.clone();
-    manifest.frames = states.into_iter().flat_map(|state| state.records.into_values()).collect();
+    for (chunk, state) in job.chunks.iter().zip(states) {
+        let frames = chunk.set()?;
+        manifest.frames.extend(state.records.into_values().filter(|record| frames.contains(record.frame)));
+    }
     manifest.write(&job.frames())
 }
 

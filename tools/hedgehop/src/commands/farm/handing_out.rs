@@ -6,7 +6,7 @@ use crate::args::{self, available_cores};
 use crate::commands::farm::finish;
 use crate::exit::{self, Outcome};
 use crate::farm::job::FarmJob;
-use crate::farm::scheduler::{Scheduler, Submission, Tasks, local};
+use crate::farm::scheduler::{Scheduler, Submission, Tasks, local, named};
 use crate::farm::submissions::SubmissionRecord;
 use crate::progress::Reporter;
 use hedgehop::progress::Observer;
@@ -136,16 +136,20 @@ pub fn hand_out(
     let at_once = tasks.at_once.unwrap_or_else(|| processes(tasks.cores));
     let limit = if handing == Handing::Run { Submission::limit(engine)? } else { None };
     let submission = Submission::new(engine, &tasks, job, at_once, limit);
-    if handing != Handing::Printed {
-        submission.write()?;
+    if handing == Handing::Printed {
+        return Ok(exit::print(&submission.text())?);
     }
-    if handing != Handing::Run {
+
+    // What is killed meanwhile goes on with the same.
+    submission.write()?;
+    let count = tasks.chunks.len();
+    let record = SubmissionRecord { engine, tasks, ids: Vec::new() };
+    let number = record.write(place)?;
+    if handing == Handing::Written {
         return Ok(exit::print(&submission.text())?);
     }
 
     if engine == Scheduler::Local {
-        let record = SubmissionRecord { engine, tasks, ids: Vec::new() };
-        record.write(place)?;
         for chunk in local::run(&record.tasks, job, place, at_once, reporter)? {
             let log = local::log(place, chunk.number);
             reporter.note(&format!("chunk {}: {}; see {}", chunk.number, chunk.what, log.display()));
@@ -153,16 +157,17 @@ pub fn hand_out(
         return finish::finish(job, place, reporter);
     }
 
-    let ids = submission.run(reporter)?;
-    let count = tasks.chunks.len();
-    SubmissionRecord { engine, tasks, ids: ids.clone() }.write(place)?;
+    let ids = submission.run(reporter).inspect_err(|_| {
+        reporter.note(&format!("the job stays; hedgehop farm retry {} hands it out again", named(place)));
+    })?;
+    SubmissionRecord { ids: ids.clone(), ..record }.replace(place, number)?;
     match engine {
         // These end when the work is done.
         Scheduler::Parallel | Scheduler::Openjd | Scheduler::Local => finish::finish(job, place, reporter),
         Scheduler::Hyperqueue | Scheduler::Slurm => Ok(exit::print(&format!(
             "submitted {count} chunks as {}; hedgehop farm status {} tells how far they are\n",
             ids.join(", "),
-            place.display()
+            named(place)
         ))?),
     }
 }

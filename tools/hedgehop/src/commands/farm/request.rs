@@ -32,9 +32,13 @@ struct RenderCommand {
 pub fn parse(flags: &[String], origin: &str) -> Result<RenderArgs> {
     RenderCommand::try_parse_from(flags).map(|command| command.args).map_err(|error| {
         let text = error.to_string();
-        let first = text.lines().next().unwrap_or_default();
-        let first = first.strip_prefix("error: ").unwrap_or(first);
-        Error::Configuration(format!("{origin}: {first}; flags are those of `hedgehop render --help`"))
+        let text = text.strip_prefix("error: ").unwrap_or(&text);
+        // Behind a blank line clap repeats how the command is used.
+        let said: Vec<&str> = text.lines().map(str::trim).take_while(|line| !line.is_empty()).collect();
+        Error::Configuration(format!(
+            "{origin}: {}; they are those of `hedgehop render --help`, and flags of the farm stand before --",
+            said.join(" ")
+        ))
     })
 }
 
@@ -43,6 +47,11 @@ pub fn parse(flags: &[String], origin: &str) -> Result<RenderArgs> {
 /// # Errors
 /// No TOML; a value that is no flag's.
 pub fn read(path: &Path) -> Result<Vec<String>> {
+    if path.extension().is_some_and(|kind| kind.eq_ignore_ascii_case("hop")) {
+        let what = "is a database, and a file with flags of render is wanted here; \
+                    the database stands with these flags behind --";
+        return Err(Error::Configuration(format!("{} {what}", path.display())));
+    }
     let text = std::fs::read_to_string(path).map_err(|error| Error::io(path, "read it", error))?;
     let table: toml::Table = text.parse().map_err(|error: toml::de::Error| {
         let line = error.span().map_or(1, |span| 1 + text[..span.start].matches('\n').count());
@@ -114,7 +123,7 @@ mod tests {
             assert!(flags.iter().any(|found| found == flag), "{flag}: {flags:?}");
         }
         assert!(!flags.iter().any(|flag| flag.starts_with("--level")));
-        assert_eq!(parse(&flags, "night.toml").unwrap().area, Path::new("a.hop"));
+        assert_eq!(&*parse(&flags, "night.toml").unwrap().area, Path::new("a.hop"));
     }
 
     #[test]

@@ -7,10 +7,11 @@ use super::handing_out::{HandOutArgs, Handing, check_engine, hand_out};
 use crate::exit::Outcome;
 use crate::farm::job::FarmJob;
 use crate::farm::parts::ChunkState;
-use crate::farm::scheduler::Scheduler;
+use crate::farm::scheduler::{Scheduler, has_open_tasks};
 use crate::farm::submissions::SubmissionRecord;
 use crate::interrupt::Interrupt;
 use crate::progress::{Mode, Reporter};
+use hedgehop::Error;
 use hedgehop::progress::Observer;
 
 /// Hand out the chunks that are not finished once more, and no others.
@@ -51,10 +52,22 @@ pub fn run(args: &RetryArgs, interrupt: &Interrupt) -> Outcome {
     }
     if chunks.is_empty() {
         reporter.note("no frame is missing");
+        if args.dry_run {
+            return Ok(());
+        }
         return finish(&job, &args.job, &reporter);
     }
 
     let last = SubmissionRecord::all(&args.job)?.pop();
+    if let Some(last) = last.as_ref().filter(|last| has_open_tasks(last.engine, &last.ids)) {
+        return Err(Error::Configuration(format!(
+            "{} has tasks of {} that wait or run ({}); wait until they have ended, or stop them with farm cancel",
+            args.job.display(),
+            last.engine.name(),
+            last.ids.join(", ")
+        ))
+        .into());
+    }
     let before = last.as_ref().map(|last| last.engine);
     let engine = args.engine.or(before).unwrap_or(Scheduler::Local);
     let tasks = match last {

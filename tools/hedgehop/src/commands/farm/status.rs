@@ -8,8 +8,9 @@ use serde::Serialize;
 
 use super::finish::unfinished;
 use crate::exit::{self, Failure, Outcome};
+use crate::farm::chunk_lock::is_locked;
 use crate::farm::job::FarmJob;
-use crate::farm::parts::{ChunkState, is_locked};
+use crate::farm::parts::ChunkState;
 use crate::frame_ranges::ranges;
 use hedgehop::Result;
 
@@ -35,6 +36,10 @@ enum ChunkStage {
     Running,
     /// The last try ended with a failure.
     Failed,
+    /// The last try was asked to stop.
+    Stopped,
+    /// Frames that were finished are gone.
+    Lost,
     /// A try began and never told its end, and nobody is known to be at it: it was killed, or runs where locks are not seen.
     Open,
     /// Nobody has begun it.
@@ -63,8 +68,8 @@ struct JobReport {
     job: String,
     frames: u64,
     finished: u64,
-    /// Time of a process that the frames which are missing take, as predicted, seconds.
-    left_s: f64,
+    /// Time of a process that the frames which are missing take, as predicted, seconds; null without a prediction.
+    left_s: Option<f64>,
     chunks: Vec<ChunkReport>,
 }
 
@@ -90,7 +95,9 @@ fn report(job: &FarmJob, args: &StatusArgs) -> Result<JobReport> {
             (true, _) => ChunkStage::Done,
             (false, _) if is_locked(&args.job, number) => ChunkStage::Running,
             (false, ChunkState { tries: 0, .. }) => ChunkStage::Waiting,
+            (false, ChunkState { is_stopped: true, .. }) => ChunkStage::Stopped,
             (false, ChunkState { failure: Some(_), .. }) => ChunkStage::Failed,
+            (false, ChunkState { open: 0, .. }) => ChunkStage::Lost,
             (false, _) => ChunkStage::Open,
         };
         let silent = state.touched.and_then(|time| SystemTime::now().duration_since(time).ok());
@@ -114,7 +121,7 @@ fn report(job: &FarmJob, args: &StatusArgs) -> Result<JobReport> {
         job: args.job.display().to_string(),
         frames: chunks.iter().map(|chunk| chunk.frames).sum(),
         finished: chunks.iter().map(|chunk| chunk.finished).sum(),
-        left_s: chunks.iter().map(left).sum(),
+        left_s: (!job.cost.samples.is_empty()).then(|| chunks.iter().map(left).sum()),
         chunks,
     })
 }
@@ -123,7 +130,7 @@ impl JobReport {
     fn text(&self) -> String {
         let count = |stage| self.chunks.iter().filter(|chunk| chunk.stage == stage).count();
         let mut text = format!(
-            "{}: {} of {} frames; {} chunks: {} done, {} running, {} failed, {} open, {} waiting; {:.0} s of one process left\n",
+            "{}: {} of {} frames; {} chunks: {} done, {} running, {} failed, {} stopped, {} open, {} lost, {} waiting{}\n",
             self.job,
             self.finished,
             self.frames,
@@ -131,9 +138,11 @@ impl JobReport {
             count(ChunkStage::Done),
             count(ChunkStage::Running),
             count(ChunkStage::Failed),
+            count(ChunkStage::Stopped),
             count(ChunkStage::Open),
+            count(ChunkStage::Lost),
             count(ChunkStage::Waiting),
-            self.left_s
+            self.left_s.map_or_else(String::new, |left| format!("; {left:.0} s of one process left"))
         );
         for chunk in
             self.chunks.iter().filter(|chunk| !matches!(chunk.stage, ChunkStage::Done | ChunkStage::Waiting))
@@ -141,6 +150,8 @@ impl JobReport {
             let said = match (chunk.stage, &chunk.failure, chunk.silent_s) {
                 (ChunkStage::Failed, Some(failure), _) => format!("failed: {failure}"),
                 (ChunkStage::Open, _, Some(seconds)) => format!("begun, and silent for {seconds:.0} s"),
+                (ChunkStage::Stopped, ..) => "stopped".to_owned(),
+                (ChunkStage::Lost, ..) => "finished before, and lost since".to_owned(),
                 _ => "running".to_owned(),
             };
             // Writing to a String cannot fail.

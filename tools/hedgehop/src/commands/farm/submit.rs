@@ -16,6 +16,7 @@ use crate::interrupt::Interrupt;
 use crate::memory::Late;
 use crate::playback::duration;
 use crate::progress::{Mode, Reporter};
+use hedgehop::encode::sidecar::Manifest;
 use hedgehop::encode::{FramePattern, Target};
 use hedgehop::progress::Observer;
 use hedgehop::render::Engine;
@@ -94,6 +95,10 @@ pub fn run(args: &SubmitArgs, interrupt: &Interrupt) -> Outcome {
     let pattern = check(&asked)?;
     let place = place(args, pattern)?;
 
+    if args.engine == Scheduler::Slurm && here()?.join(&place).to_string_lossy().contains('\\') {
+        let what = "Slurm drops backslashes from names of files; give a --job without, in a folder without";
+        return Err(Error::Configuration(format!("{}: {what}", place.display())).into());
+    }
     let handing = match (args.dry_run, args.prepare) {
         (true, _) => Handing::Printed,
         (false, true) => Handing::Written,
@@ -120,6 +125,8 @@ pub fn run(args: &SubmitArgs, interrupt: &Interrupt) -> Outcome {
         0 => CostPrediction::equal(survey.numbers.len()),
         _ => CostPrediction::fit(&survey.numbers, &survey.loads, &sampled.samples),
     };
+
+    check_folder(&asked, pattern, &sampled.made_of)?;
 
     // All of a database behind a URL would have to be fetched.
     let is_whole = file.file_length() <= CHECKED_WHOLE && !asked.area.is_remote();
@@ -197,6 +204,21 @@ fn check(args: &RenderArgs) -> Result<&FramePattern> {
         return refuse("--traffic draws the pages of one process");
     }
     Ok(pattern)
+}
+
+/// Refuses a folder with frames of another render, unless these may be replaced.
+fn check_folder(args: &RenderArgs, pattern: &FramePattern, made_of: &Manifest) -> Result<()> {
+    let folder = pattern.folder().unwrap_or(Path::new(""));
+    let Some(earlier) = Manifest::read(folder)?.filter(|_| !args.overwrite) else { return Ok(()) };
+    let is_there = |file: &String| folder.join(file).is_file();
+    let has_frames = earlier.frames.iter().filter_map(|frame| frame.file.as_ref()).any(is_there);
+    match made_of.difference(&earlier).filter(|_| has_frames) {
+        Some(what) => Err(Error::Configuration(format!(
+            "{} holds frames of another render: {what}; give another folder to -o, or --overwrite",
+            folder.display()
+        ))),
+        None => Ok(()),
+    }
 }
 
 /// Returns the folder of the job.

@@ -88,7 +88,10 @@ pub fn bind(
     let FrameRequest { scene, finish, setup, .. } = request;
     let scene = scene.as_ref();
     let chosen = work.map(|work| &work.frames).or(args.frames.as_ref());
-    let choose = |count| Ok(chosen.cloned().unwrap_or_else(|| FrameSet::all(count)));
+    let choose = |count| {
+        work.map_or(Ok(()), |work| work.check_length(count))?;
+        Ok(chosen.cloned().unwrap_or_else(|| FrameSet::all(count)))
+    };
     let sun = args.look.running_sun(scene)?;
     let film = FilmRequest { file: &args.area, source: ground, setup, fps: args.fps, scene, sun };
     let bound = BoundFlight::bind(&args.flight, &film, choose, reporter)?;

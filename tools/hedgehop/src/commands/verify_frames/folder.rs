@@ -177,7 +177,7 @@ fn fault(Candidate { file, blake3, is_finished, number }: &Candidate, listed_by:
         return Some("it is missing".to_owned());
     }
     match digest_of_whole(file) {
-        Err(what) => Some(what),
+        Err(what) => Some(format!("it does not decode to its end: {}", what.trim_end_matches('.'))),
         Ok(digest) if blake3.as_ref().is_some_and(|listed| *listed != digest) => {
             Some(format!("it is whole, but not the file that the {listed_by} lists"))
         }
@@ -233,6 +233,11 @@ pub fn lines(folder: &Path, report: &FramesReport) -> String {
     let verdict = match (report.problems.len(), report.again()) {
         (0, _) => "sound".to_owned(),
         (count, again) if again.is_empty() => format!("{count} with problems"),
+        (count, again) if report.listed_by == Some("job") => {
+            format!(
+                "{count} with problems; --repair renders them again, as render does with --frames {again}"
+            )
+        }
         (count, again) => format!("{count} with problems; render them again with --frames {again}"),
     };
     let beside = if report.listed_by.is_some() { "" } else { " (there is no manifest)" };

@@ -74,13 +74,18 @@ impl JobOfFrames {
         if numbers.is_empty() {
             return Ok(());
         }
-        let silent = reporter.with_mode(Mode::Silent);
-        reporter.begin("repair", self.job.chunks.len() as u64, "chunks");
+        let mut chunks = Vec::new();
         for (number, chunk) in (1..).zip(&self.job.chunks) {
             let frames = chunk.set()?;
             if numbers.iter().any(|wrong| frames.contains(*wrong)) {
-                farm::work_off(&self.job, &self.place, number, &silent)?;
+                chunks.push(number);
             }
+        }
+
+        let silent = reporter.with_mode(Mode::Silent);
+        reporter.begin("repair", chunks.len() as u64, "chunks");
+        for number in chunks {
+            farm::work_off(&self.job, &self.place, number, &silent)?;
             reporter.advance(1);
         }
         reporter.end();

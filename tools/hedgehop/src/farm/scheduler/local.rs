@@ -7,9 +7,9 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 use std::thread::sleep;
 use std::time::Duration;
 
-use super::Tasks;
 use super::process::{ask_to_stop, hold};
 use super::scripts::FINAL;
+use super::{Tasks, named};
 use crate::farm::job::{self, FarmJob};
 use hedgehop::progress::Observer;
 use hedgehop::{Error, Result};
@@ -56,7 +56,7 @@ pub fn run(
             running.stop();
             return Err(Error::Interrupted(format!(
                 "finished frames are whole; go on with `hedgehop farm retry {}`",
-                folder.display()
+                named(folder)
             )));
         }
 

@@ -16,8 +16,8 @@ use serde::{Deserialize, Serialize};
 
 use super::job::FarmJob;
 
-pub use shell::quoted;
-pub use submission::{Submission, cancel};
+pub use shell::{named, quoted};
+pub use submission::{Submission, cancel, has_open_tasks};
 
 /// Program that hands out chunks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
@@ -96,6 +96,11 @@ pub struct Tasks {
 }
 
 impl Tasks {
+    /// Returns the memory that a scheduler is asked for, bytes: a quarter more than frames are to get along with, which is no hard limit.
+    fn memory_asked(&self) -> Option<u64> {
+        self.memory.map(|bytes| bytes.saturating_add(bytes / 4))
+    }
+
     /// Returns the command of a worker but for its chunk, which is run in the job's folder of flags.
     pub fn worker(&self, job: &FarmJob) -> Vec<String> {
         let mut command = vec![self.program.display().to_string(), "render".to_owned()];

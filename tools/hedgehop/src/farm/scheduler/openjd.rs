@@ -19,7 +19,9 @@ pub fn template(tasks: &Tasks, place: &Path) -> String {
     let script = |name: &str| place.join(name).display().to_string();
     let mut amounts = vec![json!({ "name": "amount.worker.vcpu", "min": tasks.cores })];
     amounts.extend(
-        tasks.memory.map(|bytes| json!({ "name": "amount.worker.memory", "min": bytes.div_ceil(MIB) })),
+        tasks
+            .memory_asked()
+            .map(|bytes| json!({ "name": "amount.worker.memory", "min": bytes.div_ceil(MIB) })),
     );
 
     // A list may have 1024 numbers at most; as text there may be more. Braces in a name would be taken for an expression;

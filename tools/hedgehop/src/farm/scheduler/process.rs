@@ -52,19 +52,27 @@ pub fn cancel(folder: &Path) -> Result<bool> {
         return Ok(false);
     }
     let text = std::fs::read_to_string(&path).map_err(|error| Error::io(&path, "read it", error))?;
-    ask_process(text.trim().parse().ok())
-        .map_err(|error| Error::io(&path, "stop the process that it names", error))?;
-    Ok(true)
+    match text.trim().parse() {
+        Ok(process) => stop(process).map(|()| true),
+        Err(_) => {
+            Err(Error::invalid(&path, "it names no process; stop the one that works off the job by hand"))
+        }
+    }
+}
+
+/// Asks a process to stop after the work in hand.
+pub fn stop(process: u32) -> Result<()> {
+    ask_process(process).map_err(|error| Error::io(format!("process {process}"), "stop it", error))
 }
 
 #[cfg(unix)]
-fn ask_process(number: Option<i32>) -> std::io::Result<()> {
-    let process = number.and_then(rustix::process::Pid::from_raw);
-    let process = process.ok_or_else(|| std::io::Error::other("it names none"))?;
+fn ask_process(process: u32) -> std::io::Result<()> {
+    let process = i32::try_from(process).ok().and_then(rustix::process::Pid::from_raw);
+    let process = process.ok_or_else(|| std::io::Error::other("there is none of that number"))?;
     Ok(rustix::process::kill_process(process, rustix::process::Signal::TERM)?)
 }
 
 #[cfg(not(unix))]
-fn ask_process(_: Option<i32>) -> std::io::Result<()> {
+fn ask_process(_: u32) -> std::io::Result<()> {
     Err(std::io::Error::other("press Ctrl-C where it runs"))
 }

@@ -1,8 +1,15 @@
 //! Words of a command as a POSIX shell reads them.
 
+use std::path::Path;
+
 /// Joins words into a line that a shell takes apart into the same words.
 pub fn quoted(words: &[String]) -> String {
     words.iter().map(|word| quote(word)).collect::<Vec<_>>().join(" ")
+}
+
+/// Returns the name of a file as a shell reads it, for commands that messages propose.
+pub fn named(path: &Path) -> String {
+    quote(&path.display().to_string())
 }
 
 fn quote(word: &str) -> String {

@@ -48,7 +48,7 @@ pub fn finish(tasks: &Tasks, place: &Path, ids: &[String]) -> Vec<String> {
 /// Words about what a task takes, and the user's own.
 fn resources(tasks: &Tasks) -> Vec<String> {
     let mut words = vec![format!("--cpus-per-task={}", tasks.cores)];
-    words.extend(tasks.memory.map(|bytes| format!("--mem={}M", bytes.div_ceil(MIB))));
+    words.extend(tasks.memory_asked().map(|bytes| format!("--mem={}M", bytes.div_ceil(MIB))));
     words.extend(tasks.pass.iter().cloned());
     words
 }

@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 use std::time::Duration;
 
 use super::process::{ask_to_stop, hold};
-use super::{Call, Scheduler, Tasks, hyperqueue, openjd, parallel, quoted, scripts, slurm};
+use super::{Call, Scheduler, Tasks, hyperqueue, named, openjd, parallel, quoted, scripts, slurm};
 use crate::farm::job::FarmJob;
 use hedgehop::encode::atomic::write_bytes;
 use hedgehop::progress::Observer;
@@ -147,7 +147,7 @@ impl Submission {
                 child.wait().map_err(refused)?;
                 return Err(Error::Interrupted(format!(
                     "finished frames are whole; go on with `hedgehop farm retry {}`",
-                    self.place.display()
+                    named(&self.place)
                 )));
             }
             std::thread::sleep(LOOK);
@@ -182,6 +182,24 @@ fn submit(words: &[String]) -> Result<String> {
         return Err(Error::io(&words[0], "submit chunks with it", std::io::Error::other(said)));
     }
     Ok(id)
+}
+
+/// Whether a scheduler has tasks of these names that wait or run, as far as it tells.
+pub fn has_open_tasks(engine: Scheduler, ids: &[String]) -> bool {
+    let (command, words): (&str, Vec<String>) = match engine {
+        Scheduler::Slurm => ("squeue", vec!["-h".into(), "-j".into(), ids.join(",")]),
+        Scheduler::Hyperqueue => {
+            let words = ["job", "task-ids", &ids.join(","), "--filter=waiting,running"];
+            ("hq", words.map(String::from).to_vec())
+        }
+        Scheduler::Local | Scheduler::Parallel | Scheduler::Openjd => return false,
+    };
+    if ids.is_empty() {
+        return false;
+    }
+    // A scheduler that has forgotten the job, or is gone, has none.
+    let output = Command::new(command).args(words).output();
+    output.is_ok_and(|output| output.status.success() && !output.stdout.trim_ascii().is_empty())
 }
 
 /// Asks a scheduler to stop what it has of a job; returns what was asked to.

@@ -136,7 +136,7 @@ fn a_task_that_is_asked_to_stop_passes_it_on() {
     assert_eq!(site.workers(), []);
 
     let chunk = &site.status(JOB)["chunks"][0];
-    assert_eq!((&chunk["stage"], &chunk["tries"]), (&"failed".into(), &1.into()));
+    assert_eq!((&chunk["stage"], &chunk["tries"]), (&"stopped".into(), &1.into()));
     assert!(chunk["failure"].as_str().is_some_and(|failure| !failure.is_empty()), "{chunk}");
     ends(&site.run(&["farm", "retry", JOB]), 0);
     site.assert_once(JOB, 81);

@@ -108,7 +108,7 @@ fn a_job_that_is_cancelled_can_be_gone_on_with() {
     wait_for("frame", || site.path("frames.job/parts").is_dir().then_some(()));
     wait_for("frame", || (site.told("frames.job", 1) > 1).then_some(()));
     let said = ends(&site.run(&["farm", "cancel", "frames.job"]), 0);
-    assert!(said.contains("stopped the processes on this machine"), "{said}");
+    assert!(said.contains("asked the processes on this machine to stop"), "{said}");
     assert_eq!(job.wait().expect("it ends").code(), Some(130));
     assert_eq!(site.workers(), []);
 
