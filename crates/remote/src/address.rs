@@ -43,6 +43,11 @@ impl Address {
         &self.shown
     }
 
+    /// Whether it holds what others are not to see: a password, or a query, which may be a signature.
+    pub fn has_secret(&self) -> bool {
+        self.url.len() > self.shown.as_os_str().len()
+    }
+
     /// Returns all of it. Nobody prints it.
     pub(crate) fn secret(&self) -> &str {
         &self.url

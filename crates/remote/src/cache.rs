@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use super::blocks::{BLOCK, BlockSet};
-use super::copy::{PRESENT, SparseCopy};
+use super::copy::{DATA, PRESENT, SparseCopy};
 use hedgehop_base::error::{Error, Result};
 
 /// Bytes that copies may take together, unless told otherwise.
@@ -111,7 +111,9 @@ impl Cache {
     fn stored(&self) -> Vec<StoredCopy> {
         let entries = fs::read_dir(self.folder()).into_iter().flatten().flatten();
         let stored = |entry: fs::DirEntry| {
-            let name = entry.file_name().into_string().ok()?;
+            let name = entry.file_name().into_string().ok().filter(|name| is_identity(name))?;
+            // A link may lead anywhere.
+            entry.file_type().ok().filter(fs::FileType::is_dir)?;
             let bits = fs::read(entry.path().join(PRESENT)).ok()?;
             let lock = fs::metadata(self.folder().join(format!("{name}{LOCK}")));
             let used = lock.and_then(|lock| lock.modified()).unwrap_or(SystemTime::UNIX_EPOCH);
@@ -147,10 +149,20 @@ impl Cache {
             // The bits first: without them the bytes are nobody's.
             Ok(()) => {
                 let folder = self.folder().join(name);
-                fs::remove_file(folder.join(PRESENT)).is_ok() && fs::remove_dir_all(&folder).is_ok()
+                let remove = |name: &str| fs::remove_file(folder.join(name)).is_ok();
+                // What anybody else put there stays, and its folder.
+                remove(PRESENT) && remove(DATA) && fs::remove_dir(&folder).is_ok()
             }
         }
     }
+}
+
+/// Whether a name is that of a copy: content hash, length and layout of a database.
+fn is_identity(name: &str) -> bool {
+    let parts: Vec<&str> = name.split('-').collect();
+    let is_hex = |text: &str| text.len() >= 16 && text.bytes().all(|byte| byte.is_ascii_hexdigit());
+    matches!(parts.as_slice(), [hash, length, layout]
+        if is_hex(hash) && length.parse::<u64>().is_ok() && is_hex(layout))
 }
 
 impl CacheEntry {
@@ -187,16 +199,21 @@ impl CacheEntry {
 mod tests {
     use super::*;
 
+    /// Identity of a database that the letter stands for.
+    fn identity(letter: &str) -> String {
+        format!("{}-100-{}", letter.repeat(64), letter.repeat(16))
+    }
+
     fn entry(folder: &Path, name: &str, size: u64) -> CacheEntry {
         let settings = CacheSettings { folder: folder.to_owned(), size: size * BLOCK };
-        Cache::open(settings).unwrap().entry(name.into(), 100 * BLOCK).unwrap()
+        Cache::open(settings).unwrap().entry(identity(name), 100 * BLOCK).unwrap()
     }
 
     /// Blocks that are stored of each copy.
     fn blocks(folder: &Path) -> Vec<(String, u64)> {
         let cache = Cache::open(CacheSettings { folder: folder.to_owned(), size: 0 }).unwrap();
         let mut blocks: Vec<_> =
-            cache.stored().into_iter().map(|copy| (copy.name, copy.bytes / BLOCK)).collect();
+            cache.stored().into_iter().map(|copy| (copy.name[..1].to_owned(), copy.bytes / BLOCK)).collect();
         blocks.sort();
         blocks
     }
@@ -222,7 +239,7 @@ mod tests {
         entry(folder.path(), "d", 25).make_room();
         assert_eq!(blocks(folder.path()), [("a".into(), 10), ("c".into(), 10), ("d".into(), 0)]);
         drop(in_use);
-        fs::remove_dir_all(folder.path().join("d")).unwrap();
+        fs::remove_dir_all(folder.path().join(identity("d"))).unwrap();
     }
 
     #[test]
@@ -236,5 +253,22 @@ mod tests {
         drop(one);
         other.close().unwrap();
         assert_eq!(blocks(folder.path()), [("a".into(), 6)]);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn what_is_not_of_the_cache_stays() {
+        let (folder, elsewhere) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+        let photos = folder.path().join("photos");
+        fs::create_dir(&photos).unwrap();
+        for place in [photos.as_path(), elsewhere.path()] {
+            fs::write(place.join(PRESENT), [255; 8]).unwrap();
+            fs::write(place.join("wedding.jpg"), b"x").unwrap();
+        }
+        std::os::unix::fs::symlink(elsewhere.path(), folder.path().join(identity("b"))).unwrap();
+        entry(folder.path(), "a", 0).make_room();
+        for place in [photos.as_path(), elsewhere.path()] {
+            assert!(place.join(PRESENT).exists() && place.join("wedding.jpg").exists());
+        }
     }
 }

@@ -23,7 +23,7 @@ pub(crate) const CONNECTIONS: usize = 8;
 const CONNECT: Duration = Duration::from_secs(15);
 const STALLED: Duration = Duration::from_secs(30);
 /// Longest time of a request.
-const REQUEST: Duration = Duration::from_secs(600);
+const REQUEST: Duration = Duration::from_secs(120);
 
 /// Condition of a request.
 #[derive(Debug, Clone, Copy)]

@@ -16,7 +16,7 @@ use super::positioned::{punch, read_at, write_at};
 use hedgehop_base::error::{Error, Result};
 
 /// Names in a database's folder: the copy, and its bits.
-const DATA: &str = "area.hop";
+pub(crate) const DATA: &str = "area.hop";
 pub(crate) const PRESENT: &str = "present";
 
 /// Sparse copy of a database. Several processes may have it open; each maps it.

@@ -32,7 +32,7 @@ impl Known {
         let text = fs::read_to_string(file(folder, address)).ok()?;
         let mut lines = text.lines();
         lines.next().filter(|line| *line == FIRST_LINE)?;
-        let etag = lines.next()?.to_owned();
+        let etag = lines.next().filter(|etag| !etag.contains(char::is_control))?.to_owned();
         let length = lines.next()?.parse().ok()?;
         let hex = lines.next()?.as_bytes();
         let digit = |byte: u8| char::from(byte).to_digit(16);

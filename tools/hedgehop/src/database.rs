@@ -28,6 +28,11 @@ pub struct DatabaseName {
 }
 
 impl DatabaseName {
+    /// Whether it is a URL with what others are not to see: a password, or a query, which may be a signature.
+    pub fn has_secret(&self) -> bool {
+        self.address.as_ref().is_some_and(Address::has_secret)
+    }
+
     /// Whether it is a URL.
     pub fn is_remote(&self) -> bool {
         self.address.is_some()

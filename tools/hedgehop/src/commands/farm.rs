@@ -9,7 +9,8 @@ mod retry;
 mod status;
 mod submit;
 
-pub use finish::{list, work_off};
+pub use finish::{list, standing, work_off};
+pub use request::of_job;
 
 use clap::Subcommand;
 

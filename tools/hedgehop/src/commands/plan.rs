@@ -247,6 +247,9 @@ pub fn run(args: &PlanArgs, interrupt: &Interrupt) -> Outcome {
 
 /// Predicts the time of each frame.
 fn predicted(args: &PlanArgs, file: &PageFile, reporter: &Reporter) -> Result<CostPrediction> {
+    if !args.flight.is_sequence() {
+        return Err(Error::Configuration("--times is of a flight: give --path or --views".into()));
+    }
     let output = FramePattern::parse("####.png")?;
     let render = || {
         Ok(RenderArgs {

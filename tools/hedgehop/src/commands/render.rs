@@ -335,12 +335,13 @@ fn deliver(
     let files = Files::new(origin, output, labels)?;
     let paths: Vec<_> = cameras.iter().map(|frame| files.path(frame.number)).collect();
     conflicts::check_frames(args, scene, &paths)?;
-    let is_listed = replacing::check(args, &files, cameras, reporter)?;
     if let Some(work) = work {
         // Pages that are checked by one reader are not checked anew by it.
         let anew = args.cache.open(&args.area)?;
-        work.check(&files.manifest()?, sequence.renderer, cameras, &anew, reporter)?;
+        work.check(&files.manifest()?, files.folder(), sequence.renderer, cameras, &anew, reporter)?;
     }
+    // That frames are not the job's explains more than what they would replace.
+    let is_listed = replacing::check(args, &files, cameras, reporter)?;
     files.write_palette()?;
     let (rendered, fineness) = match work {
         Some(work) => fly_chunk(sequence, &files, work, cameras, reporter)?,

@@ -52,12 +52,14 @@ pub fn is_locked(job: &Path, number: u64) -> bool {
 
 /// Returns the process of this machine that works on a chunk, if there is one.
 pub fn worker_here(job: &Path, number: u64) -> Option<u32> {
-    if !is_locked(job, number) {
-        return None;
-    }
-    let text = std::fs::read_to_string(path(job, number)).ok()?;
+    if is_locked(job, number) { signed_here(&path(job, number)) } else { None }
+}
+
+/// Returns the process of this machine that a lock names; `None` of another machine's.
+pub fn signed_here(path: &Path) -> Option<u32> {
+    let text = std::fs::read_to_string(path).ok()?;
     let (process, host) = text.trim().split_once(' ')?;
-    if host == host_name() { process.parse().ok() } else { None }
+    if host == host_name() { process.parse().ok().filter(|process| *process > 1) } else { None }
 }
 
 fn path(job: &Path, number: u64) -> PathBuf {
@@ -65,7 +67,7 @@ fn path(job: &Path, number: u64) -> PathBuf {
 }
 
 /// Says in the file whose it is. That it cannot be said keeps nobody from working.
-fn sign(mut file: &File) {
+pub fn sign(mut file: &File) {
     let text = format!("{} {}\n", std::process::id(), host_name());
     let _ = file.set_len(0).and_then(|()| file.write_all(text.as_bytes()));
 }

@@ -23,6 +23,8 @@ use hedgehop::{Error, Result};
 /// Version of the layout of a job's folder.
 pub const LAYOUT: u32 = 1;
 const FILE: &str = "job.json";
+/// Frames that a chunk has at most.
+const MOST_FRAMES: usize = 10_000_000;
 
 /// Job of a farm, as its file says it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -119,7 +121,25 @@ impl FarmJob {
             return Err(Error::unsupported(&path, what, "use the program that submitted it"));
         }
         for chunk in &job.chunks {
-            chunk.set().map_err(|error| Error::invalid(&path, error.to_string()))?;
+            let frames = chunk.set().map_err(|error| Error::invalid(&path, error.to_string()))?;
+            let most = usize::try_from(chunk.count).ok().filter(|count| *count <= MOST_FRAMES);
+            if most.is_none_or(|count| frames.iter().take(count + 1).count() != count) {
+                let what =
+                    format!("chunk {} does not hold {} frames; submit it again", chunk.frames, chunk.count);
+                return Err(Error::invalid(&path, what));
+            }
+        }
+
+        // Workers and scripts go by the place that the job was made in.
+        let real = |place: &Path| place.canonicalize().ok();
+        let own = real(&job.folder.join(&job.place));
+        if own.is_none() || own != real(folder) {
+            return Err(Error::Configuration(format!(
+                "{} is a job that was submitted as {} in {}; move it back, or submit it anew",
+                folder.display(),
+                job.place.display(),
+                job.folder.display()
+            )));
         }
         Ok(job)
     }
@@ -151,7 +171,11 @@ impl FarmJob {
         let mut text = serde_json::to_vec_pretty(self)
             .map_err(|error| Error::invalid(&path, format!("the job is no JSON: {error}")))?;
         text.push(b'\n');
-        write_new_bytes(&path, &text)
+        write_new_bytes(&path, &text).map_err(|error| match error {
+            // Another submission was a moment earlier.
+            Error::Configuration(_) => Self::check_free(folder).err().unwrap_or(error),
+            other => other,
+        })
     }
 
     /// Returns a chunk by its number, 1…

@@ -161,7 +161,9 @@ fn files(job: &Path) -> Result<Vec<(u64, PathBuf)>> {
             .and_then(|name| name.split('.').next()?.parse().ok());
         let Some(number) = number else { continue };
         let changed = entry.metadata().and_then(|found| found.modified()).ok();
-        found.push((number, changed, entry.path()));
+        if entry.file_type().is_ok_and(|kind| kind.is_file()) {
+            found.push((number, changed, entry.path()));
+        }
     }
     found.sort();
     Ok(found.into_iter().map(|(number, _, path)| (number, path)).collect())

@@ -24,7 +24,7 @@ pub struct SubmissionRecord {
 impl SubmissionRecord {
     /// Writes the record into the folder of a job; returns its number.
     pub fn write(&self, place: &Path) -> Result<usize> {
-        let number = files(place)?.len() + 1;
+        let number = files(place)?.iter().filter_map(|path| number(path)).max().unwrap_or(0) + 1;
         let path = file(place, number);
         write_new_bytes(&path, &self.text(&path)?).map(|()| number)
     }
@@ -43,12 +43,22 @@ impl SubmissionRecord {
     pub fn all(place: &Path) -> Result<Vec<Self>> {
         let read = |path: PathBuf| {
             let bytes = fs::read(&path).map_err(|error| Error::io(&path, "read it", error))?;
-            serde_json::from_slice(&bytes).map_err(|error| {
-                Error::invalid(&path, format!("no record of a submission: {error}; remove it"))
-            })
+            let wrong =
+                |what: String| Error::invalid(&path, format!("no record of a submission: {what}; remove it"));
+            let record: Self = serde_json::from_slice(&bytes).map_err(|error| wrong(error.to_string()))?;
+            let Tasks { cores, at_once, .. } = &record.tasks;
+            if *cores == 0 || *at_once == Some(0) {
+                return Err(wrong("tasks of no cores, or none at once".into()));
+            }
+            Ok(record)
         };
         files(place)?.into_iter().map(read).collect()
     }
+}
+
+/// Number of a record, by its file's name.
+fn number(path: &Path) -> Option<usize> {
+    path.file_stem()?.to_str()?.parse().ok()
 }
 
 fn file(place: &Path, number: usize) -> PathBuf {

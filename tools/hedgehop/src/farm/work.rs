@@ -104,7 +104,7 @@ impl WorkArgs {
 /// Returns the number of the chunk that a scheduler gives this process.
 fn number_of_task(variable: &dyn Fn(&str) -> Option<String>) -> Result<u64> {
     let number = |name: &str| {
-        let Some(text) = variable(name) else { return Ok(None) };
+        let Some(text) = variable(name).filter(|text| !text.trim().is_empty()) else { return Ok(None) };
         let wrong = |_| Error::Configuration(format!("{name} is {text:?}, which is no number of a chunk"));
         text.trim().parse::<u64>().map(Some).map_err(wrong)
     };
@@ -154,11 +154,20 @@ impl ChunkWork {
     pub fn check(
         &self,
         own: &Manifest,
+        output: Option<&Path>,
         renderer: &Renderer<'_>,
         cameras: &[NumberedCamera],
         anew: &PageFile,
         observer: &dyn Observer,
     ) -> Result<()> {
+        let real = |folder: &Path| {
+            let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+            std::fs::create_dir_all(folder).and_then(|()| folder.canonicalize()).ok()
+        };
+        let frames = self.job.frames();
+        if output.and_then(real).is_none_or(|output| Some(output) != real(&frames)) {
+            return Err(other_job(&self.folder, &format!("its frames go to {}, not here", frames.display())));
+        }
         if let Some(what) = self.job.made_of.difference(own) {
             let remedy = "give this machine what the job was submitted with, or submit a job of its own";
             return Err(other_job(

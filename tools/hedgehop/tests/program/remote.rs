@@ -1,5 +1,7 @@
 //! Databases behind a URL: the same answers and pixels as of the file, whatever the server and the network do.
 
+#![expect(clippy::print_stdout, reason = "figures for whoever runs them with --nocapture")]
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};

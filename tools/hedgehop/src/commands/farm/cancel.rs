@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use super::finish::unfinished;
+use super::finish::{standing, unfinished};
+use super::request;
 use crate::exit::{self, Outcome};
 use crate::farm::chunk_lock::worker_here;
 use crate::farm::job::FarmJob;
-use crate::farm::parts::ChunkState;
 use crate::farm::scheduler::{cancel, process};
 use crate::farm::submissions::SubmissionRecord;
 use hedgehop::Error;
@@ -22,10 +22,10 @@ pub struct CancelArgs {
 /// Runs the command.
 pub fn run(args: &CancelArgs) -> Outcome {
     let job = FarmJob::read(&args.job)?;
-    let states = ChunkState::read_all(&args.job, job.chunks.len())?;
+    let states = standing(&job, &request::of_job(&job)?, &args.job)?;
     let mut open = Vec::new();
-    for (number, state) in (1..).zip(&states) {
-        if !unfinished(&job, number, &args.job, state)?.is_empty() {
+    for ((number, state), chunk) in (1..).zip(&states).zip(&job.chunks) {
+        if !unfinished(&job, chunk, state)?.is_empty() {
             open.push(number);
         }
     }

@@ -1,12 +1,15 @@
 //! `hedgehop farm finish`: what comes after the last chunk.
 
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 use super::request;
+use crate::args::available_cores;
 use crate::commands::contact_sheet::{self, ContactSheetArgs};
-use crate::commands::render;
+use crate::commands::render::{self, RenderArgs};
 use crate::exit::{self, Failure, Outcome};
-use crate::farm::job::FarmJob;
+use crate::farm::job::{FarmChunk, FarmJob};
 use crate::farm::parts::ChunkState;
 use crate::farm::scheduler::named;
 use crate::farm::work::WorkArgs;
@@ -14,6 +17,8 @@ use crate::frame_ranges::ranges;
 use crate::interrupt::Interrupt;
 use crate::progress::{Mode, Reporter};
 use hedgehop::encode::sidecar::Manifest;
+use hedgehop::encode::video::encode_video;
+use hedgehop::progress::Observer;
 use hedgehop::{Error, Result};
 
 /// List the frames of a job in one manifest, and make its film and contact sheet.
@@ -38,11 +43,12 @@ pub fn run(args: &FinishJobArgs, interrupt: &Interrupt) -> Outcome {
 
 /// Ends a job whose chunks are all done, or says what is missing.
 pub fn finish(job: &FarmJob, place: &Path, reporter: &Reporter) -> Outcome {
-    let states = ChunkState::read_all(place, job.chunks.len())?;
+    let args = request::of_job(job)?;
+    let states = standing(job, &args, place)?;
+    let wrong = unsound(job, &states, reporter)?;
     let mut missing = Vec::new();
     let mut text = String::new();
-    for (number, state) in (1..).zip(&states) {
-        let frames = unfinished(job, number, place, state)?;
+    for ((number, state), frames) in (1..).zip(&states).zip(wrong) {
         if !frames.is_empty() {
             let why = state.failure.as_ref().map_or_else(String::new, |failure| format!(": {failure}"));
             text += &format!("problem: chunk {number} lacks frames {}{why}\n", ranges(&frames));
@@ -73,7 +79,7 @@ pub fn finish(job: &FarmJob, place: &Path, reporter: &Reporter) -> Outcome {
     // Names of films and sheets count from where the job was submitted.
     std::env::set_current_dir(&job.folder)
         .map_err(|error| Error::io(&job.folder, "go into the folder of the job", error))?;
-    make_film(job, reporter)?;
+    make_film(&args, &manifest, reporter)?;
     if let Some(sheet) = &job.contact_sheet {
         let frames =
             if job.frames_folder.as_os_str().is_empty() { ".".into() } else { job.frames_folder.clone() };
@@ -85,9 +91,9 @@ pub fn finish(job: &FarmJob, place: &Path, reporter: &Reporter) -> Outcome {
 
 /// Lists the frames of a job in the manifest beside them, if none is missing.
 pub fn list(job: &FarmJob, place: &Path) -> Result<()> {
-    let states = ChunkState::read_all(place, job.chunks.len())?;
-    for (number, state) in (1..).zip(&states) {
-        if !unfinished(job, number, place, state)?.is_empty() {
+    let states = standing(job, &request::of_job(job)?, place)?;
+    for (chunk, state) in job.chunks.iter().zip(&states) {
+        if !unfinished(job, chunk, state)?.is_empty() {
             return Ok(());
         }
     }
@@ -96,10 +102,7 @@ pub fn list(job: &FarmJob, place: &Path) -> Result<()> {
 
 fn list_records(job: &FarmJob, states: Vec<ChunkState>) -> Result<Manifest> {
     let mut manifest = job.made_of.clone();
-    for (chunk, state) in job.chunks.iter().zip(states) {
-        let frames = chunk.set()?;
-        manifest.frames.extend(state.records.into_values().filter(|record| frames.contains(record.frame)));
-    }
+    manifest.frames = states.into_iter().flat_map(|state| state.records.into_values()).collect();
     manifest.write(&job.frames())
 }
 
@@ -108,26 +111,78 @@ pub fn work_off(job: &FarmJob, place: &Path, number: u64, reporter: &Reporter) -
     let place = place.canonicalize().map_err(|error| Error::io(place, "find it", error))?;
     std::env::set_current_dir(&job.folder)
         .map_err(|error| Error::io(&job.folder, "go into the folder of the job", error))?;
-    let mut args = request::parse(&job.worker_flags(), "the flags of the job")?;
+    let mut args = request::of_job(job)?;
     args.work = WorkArgs::of(place, number);
     args.overwrite = true;
     render::fly(&args, args.cache.open_trusting(&args.area, args.trust.trust())?, reporter).map(drop)
 }
 
+/// Reads how far the chunks of a job are. Records of frames that are not theirs, or of files of other names, are nobody's.
+pub fn standing(job: &FarmJob, args: &RenderArgs, place: &Path) -> Result<Vec<ChunkState>> {
+    let mut states = ChunkState::read_all(place, job.chunks.len())?;
+    let name = |number: u64| {
+        let path = args.output.as_ref()?.path(number);
+        Some(path.file_name()?.to_string_lossy().into_owned())
+    };
+    for (chunk, state) in job.chunks.iter().zip(&mut states) {
+        let frames = chunk.set()?;
+        state.records.retain(|number, record| frames.contains(*number) && record.file == name(*number));
+    }
+    Ok(states)
+}
+
 /// Lists the frames of a chunk that are not finished: they have no record, or no file.
-pub fn unfinished(job: &FarmJob, number: u64, place: &Path, state: &ChunkState) -> Result<Vec<u64>> {
+pub fn unfinished(job: &FarmJob, chunk: &FarmChunk, state: &ChunkState) -> Result<Vec<u64>> {
     let folder = job.frames();
     let is_there = |number: &u64| {
         let file = state.records.get(number).and_then(|record| record.file.as_ref());
         file.is_some_and(|file| folder.join(file).is_file())
     };
-    Ok(job.chunk(number, place)?.set()?.iter().filter(|number| !is_there(number)).collect())
+    Ok(chunk.set()?.iter().filter(|number| !is_there(number)).collect())
 }
 
-/// Makes the film that the flags ask for, if they do: of the frames, which are all there.
-fn make_film(job: &FarmJob, reporter: &Reporter) -> Result<()> {
-    let args = request::parse(&job.worker_flags(), "the flags of the job")?;
-    let Some(film) = &args.film.video else { return Ok(()) };
-    render::fly(&args, args.cache.open_trusting(&args.area, args.trust.trust())?, reporter)?;
-    exit::print(&format!("wrote the film {}\n", film.display()))
+/// Lists the frames of each chunk that have no record, or whose file does not hold the bytes that it tells of; all files are read.
+pub fn unsound(job: &FarmJob, states: &[ChunkState], observer: &dyn Observer) -> Result<Vec<Vec<u64>>> {
+    let folder = job.frames();
+    let is_sound = |state: &ChunkState, number: u64| {
+        let record = state.records.get(&number)?;
+        let bytes = std::fs::read(folder.join(record.file.as_ref()?)).ok()?;
+        Some(blake3::hash(&bytes).to_hex().as_str() == record.blake3.as_ref()?)
+    };
+    let mut sets = Vec::new();
+    for chunk in &job.chunks {
+        sets.push(chunk.set()?);
+    }
+
+    let wrong: Vec<Mutex<Vec<u64>>> = sets.iter().map(|_| Mutex::default()).collect();
+    let next = AtomicUsize::new(0);
+    observer.begin("look", job.chunks.len() as u64, "chunks");
+    std::thread::scope(|scope| {
+        for _ in 0..available_cores().min(sets.len()) {
+            scope.spawn(|| {
+                while !observer.cancelled() {
+                    let index = next.fetch_add(1, Ordering::Relaxed);
+                    let (Some(set), Some(state)) = (sets.get(index), states.get(index)) else { return };
+                    let found = set.iter().filter(|number| is_sound(state, *number) != Some(true)).collect();
+                    *wrong[index].lock().unwrap_or_else(PoisonError::into_inner) = found;
+                    observer.advance(1);
+                }
+            });
+        }
+    });
+    observer.end();
+
+    if observer.cancelled() {
+        return Err(Error::Interrupted("not all frames were looked at".into()));
+    }
+    Ok(wrong.into_iter().map(|found| found.into_inner().unwrap_or_else(PoisonError::into_inner)).collect())
+}
+
+/// Makes the film that the flags ask for, if they do, of frames that are all there.
+fn make_film(args: &RenderArgs, manifest: &Manifest, reporter: &Reporter) -> Result<()> {
+    let Some(film) = args.film.settings(args.fps)? else { return Ok(()) };
+    let Some(pattern) = &args.output else { return Ok(()) };
+    film.check_length(manifest.frames.len() as u64)?;
+    encode_video(manifest.frames.iter().map(|frame| pattern.path(frame.frame)), &film, reporter)?;
+    exit::print(&format!("wrote the film {}\n", film.out.display()))
 }

@@ -61,6 +61,10 @@ impl HandOutArgs {
                 .map_err(|error| Error::io("hedgehop", "find the program's own file", error))
         };
         let program = match &self.program {
+            // Workers are started elsewhere.
+            Some(program) if program.components().count() > 1 => {
+                std::path::absolute(program).map_err(|error| Error::io(program, "find it", error))?
+            }
             Some(program) => program.clone(),
             None => own()?,
         };
@@ -157,10 +161,11 @@ pub fn hand_out(
         return finish::finish(job, place, reporter);
     }
 
-    let ids = submission.run(reporter).inspect_err(|_| {
+    let keep =
+        |ids: &[String]| SubmissionRecord { ids: ids.to_vec(), ..record.clone() }.replace(place, number);
+    let ids = submission.run(&keep, reporter).inspect_err(|_| {
         reporter.note(&format!("the job stays; hedgehop farm retry {} hands it out again", named(place)));
     })?;
-    SubmissionRecord { ids: ids.clone(), ..record }.replace(place, number)?;
     match engine {
         // These end when the work is done.
         Scheduler::Parallel | Scheduler::Openjd | Scheduler::Local => finish::finish(job, place, reporter),

@@ -15,6 +15,8 @@ use clap::Parser;
 use toml::Value;
 
 use crate::commands::render::RenderArgs;
+use crate::farm::job::FarmJob;
+use hedgehop::encode::FramePattern;
 use hedgehop::{Error, Result};
 
 /// The command line of `render` alone.
@@ -40,6 +42,23 @@ pub fn parse(flags: &[String], origin: &str) -> Result<RenderArgs> {
             said.join(" ")
         ))
     })
+}
+
+/// Understands the flags of a job's workers, whose frames must go where the job says.
+///
+/// # Errors
+/// They do not.
+pub fn of_job(job: &FarmJob) -> Result<RenderArgs> {
+    let args = parse(&job.worker_flags(), "the flags of the job")?;
+    let folder = args.output.as_ref().and_then(FramePattern::folder);
+    if folder != Some(job.frames_folder.as_path()) {
+        return Err(Error::Configuration(format!(
+            "{}: its flags and its frames_folder, {}, name different folders; submit it anew",
+            job.place.display(),
+            job.frames_folder.display()
+        )));
+    }
+    Ok(args)
 }
 
 /// Reads the flags that a file holds.

@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use super::finish::{finish, unfinished};
+use super::finish::{finish, standing, unsound};
 use super::handing_out::{HandOutArgs, Handing, check_engine, hand_out};
+use super::request;
 use crate::exit::Outcome;
 use crate::farm::job::FarmJob;
-use crate::farm::parts::ChunkState;
 use crate::farm::scheduler::{Scheduler, has_open_tasks};
 use crate::farm::submissions::SubmissionRecord;
 use crate::interrupt::Interrupt;
@@ -43,13 +43,10 @@ pub struct RetryArgs {
 pub fn run(args: &RetryArgs, interrupt: &Interrupt) -> Outcome {
     let reporter = Reporter::new(args.progress, interrupt);
     let job = FarmJob::read(&args.job)?;
-    let states = ChunkState::read_all(&args.job, job.chunks.len())?;
-    let mut chunks = Vec::new();
-    for (number, state) in (1..).zip(&states) {
-        if !unfinished(&job, number, &args.job, state)?.is_empty() {
-            chunks.push(number);
-        }
-    }
+    let states = standing(&job, &request::of_job(&job)?, &args.job)?;
+    let wrong = unsound(&job, &states, &reporter)?;
+    let chunks: Vec<u64> =
+        (1..).zip(&wrong).filter(|(_, frames)| !frames.is_empty()).map(|(number, _)| number).collect();
     if chunks.is_empty() {
         reporter.note("no frame is missing");
         if args.dry_run {

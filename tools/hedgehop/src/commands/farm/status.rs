@@ -6,7 +6,8 @@ use std::time::SystemTime;
 
 use serde::Serialize;
 
-use super::finish::unfinished;
+use super::finish::{standing, unfinished};
+use super::request;
 use crate::exit::{self, Failure, Outcome};
 use crate::farm::chunk_lock::is_locked;
 use crate::farm::job::FarmJob;
@@ -87,10 +88,10 @@ pub fn run(args: &StatusArgs) -> Outcome {
 }
 
 fn report(job: &FarmJob, args: &StatusArgs) -> Result<JobReport> {
-    let states = ChunkState::read_all(&args.job, job.chunks.len())?;
+    let states = standing(job, &request::of_job(job)?, &args.job)?;
     let mut chunks = Vec::new();
     for ((number, state), chunk) in (1..).zip(&states).zip(&job.chunks) {
-        let missing = unfinished(job, number, &args.job, state)?;
+        let missing = unfinished(job, chunk, state)?;
         let stage = match (missing.is_empty(), state) {
             (true, _) => ChunkStage::Done,
             (false, _) if is_locked(&args.job, number) => ChunkStage::Running,
@@ -150,6 +151,7 @@ impl JobReport {
             let said = match (chunk.stage, &chunk.failure, chunk.silent_s) {
                 (ChunkStage::Failed, Some(failure), _) => format!("failed: {failure}"),
                 (ChunkStage::Open, _, Some(seconds)) => format!("begun, and silent for {seconds:.0} s"),
+                (ChunkStage::Open, _, None) => "begun".to_owned(),
                 (ChunkStage::Stopped, ..) => "stopped".to_owned(),
                 (ChunkStage::Lost, ..) => "finished before, and lost since".to_owned(),
                 _ => "running".to_owned(),

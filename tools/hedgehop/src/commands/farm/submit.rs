@@ -14,6 +14,7 @@ use crate::farm::scheduler::Scheduler;
 use crate::frame_ranges::ranges;
 use crate::interrupt::Interrupt;
 use crate::memory::Late;
+use crate::pictures;
 use crate::playback::duration;
 use crate::progress::{Mode, Reporter};
 use hedgehop::encode::sidecar::Manifest;
@@ -53,7 +54,7 @@ pub struct SubmitArgs {
     chunks: Option<u32>,
 
     /// Time that a chunk is to take, predicted: 90s, 5min
-    #[arg(long, value_name = "TIME", value_parser = duration, default_value = "60s", conflicts_with = "chunks")]
+    #[arg(long, value_name = "TIME", value_parser = chunk_time, default_value = "60s", conflicts_with = "chunks")]
     chunk_time: f64,
 
     /// Places of the flight where sample frames are rendered; 0: chunks have equal counts of frames [default: 9 to 40, one for 40 frames]
@@ -86,14 +87,23 @@ pub struct SubmitArgs {
     flags: Vec<String>,
 }
 
+/// Time that a chunk is to take, seconds.
+fn chunk_time(text: &str) -> Result<f64, String> {
+    duration(text).map_err(|_| "want how long a chunk is to take, such as 90s or 5min".into())
+}
+
 /// Runs the command.
 pub fn run(args: &SubmitArgs, interrupt: &Interrupt) -> Outcome {
     let reporter = Reporter::new(args.progress, interrupt);
+    let names = SubmitNames::of(args)?;
     let flags = flags(args)?;
     let render_args = || request::parse(&flags, "the flags of render");
     let asked = render_args()?;
     let pattern = check(&asked)?;
-    let place = place(args, pattern)?;
+    let place = place(args, &names, pattern)?;
+    if let Some(sheet) = &names.contact_sheet {
+        pictures::check_png(sheet, "a contact sheet")?;
+    }
 
     if args.engine == Scheduler::Slurm && here()?.join(&place).to_string_lossy().contains('\\') {
         let what = "Slurm drops backslashes from names of files; give a --job without, in a folder without";
@@ -140,7 +150,7 @@ pub fn run(args: &SubmitArgs, interrupt: &Interrupt) -> Outcome {
         flags: flags.clone(),
         simd,
         frames_folder: pattern.folder().map(Path::to_owned).unwrap_or_default(),
-        contact_sheet: args.contact_sheet.clone(),
+        contact_sheet: names.contact_sheet.clone(),
         check: args.check.unwrap_or(if is_whole { PageCheck::Whole } else { PageCheck::Planned }),
         made_of: sampled.made_of,
         chunks: chunks(args, cores, &survey, &prediction),
@@ -191,6 +201,12 @@ fn check(args: &RenderArgs) -> Result<&FramePattern> {
     if !args.flight.is_sequence() {
         return refuse("a single picture has no frames to share out");
     }
+    if args.area.has_secret() {
+        return Err(Error::Configuration(format!(
+            "{} was given with a password or a signature, which a job would show to all who read it; give an address without, or a copy",
+            args.area.display()
+        )));
+    }
     if args.late == Late::Coarser {
         return refuse("pictures of --late coarser depend on how fast a machine is");
     }
@@ -222,19 +238,42 @@ fn check_folder(args: &RenderArgs, pattern: &FramePattern, made_of: &Manifest) -
 }
 
 /// Returns the folder of the job.
-fn place(args: &SubmitArgs, pattern: &FramePattern) -> Result<PathBuf> {
-    if let Some(job) = &args.job {
+fn place(args: &SubmitArgs, names: &SubmitNames, pattern: &FramePattern) -> Result<PathBuf> {
+    if let Some(job) = &names.job {
         return Ok(job.clone());
     }
     let folder = pattern.folder().filter(|folder| !folder.as_os_str().is_empty());
     let Some(name) = folder.and_then(Path::file_name) else {
         return Err(Error::Configuration(
-            "frames go to this folder itself; say with --job where the job is to be kept".into(),
+            "the folder of -o has no name of its own; say with --job where the job is to be kept".into(),
         ));
     };
     let mut name = name.to_owned();
     name.push(".job");
-    Ok(folder.unwrap_or(Path::new("")).with_file_name(name))
+    let place = folder.unwrap_or(Path::new("")).with_file_name(name);
+    // Whoever named a file elsewhere does not stand in its folder.
+    if args.request.is_some() { absolute(&place) } else { Ok(place) }
+}
+
+/// Names on the command line, which count from where the user stands, also if a file's count from elsewhere.
+#[derive(Debug)]
+struct SubmitNames {
+    job: Option<PathBuf>,
+    contact_sheet: Option<PathBuf>,
+}
+
+impl SubmitNames {
+    fn of(args: &SubmitArgs) -> Result<Self> {
+        let here = |name: &Option<PathBuf>| match (name, &args.request) {
+            (Some(name), Some(_)) => absolute(name).map(Some),
+            (name, _) => Ok(name.clone()),
+        };
+        Ok(Self { job: here(&args.job)?, contact_sheet: here(&args.contact_sheet)? })
+    }
+}
+
+fn absolute(path: &Path) -> Result<PathBuf> {
+    std::path::absolute(path).map_err(|error| Error::io(path, "find it", error))
 }
 
 /// Returns this folder.

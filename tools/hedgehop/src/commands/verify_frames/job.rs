@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use super::folder::ExpectedFrame;
 use crate::commands::farm;
 use crate::farm::job::FarmJob;
-use crate::farm::parts::ChunkState;
 use crate::progress::{Mode, Reporter};
 use hedgehop::progress::Observer;
 use hedgehop::{Error, Result};
@@ -24,33 +23,35 @@ impl JobOfFrames {
     /// The named one is none, or writes to another folder.
     pub fn find(folder: &Path, named: Option<&Path>) -> Result<Option<Self>> {
         let real = folder.canonicalize().map_err(|error| Error::io(folder, "find it", error))?;
-        let mut beside = real.clone().into_os_string();
-        beside.push(".job");
-        let place = match named {
-            Some(named) => absolute(named)?,
-            None => PathBuf::from(beside),
+        let beside = |folder: &Path| {
+            let mut name = folder.as_os_str().to_owned();
+            name.push(".job");
+            PathBuf::from(name)
         };
-        if named.is_none() && !place.is_dir() {
-            return Ok(None);
-        }
+        // The folder may be a link to where there is room.
+        let near = [beside(&absolute(folder)?), beside(&real)].into_iter().find(|place| place.is_dir());
+        let place = match named {
+            Some(named) => Some(absolute(named)?),
+            None => near,
+        };
+        let Some(place) = place else { return Ok(None) };
 
         let job = FarmJob::read(&place)?;
         let is_own = job.frames().canonicalize().is_ok_and(|frames| frames == real);
-        match (is_own, named) {
-            (true, _) => Ok(Some(Self { job, place })),
-            (false, None) => Ok(None),
-            (false, Some(_)) => Err(Error::Configuration(format!(
-                "{} is a job whose frames go to {}, not to {}",
-                place.display(),
-                job.frames().display(),
-                folder.display()
-            ))),
+        if is_own {
+            return Ok(Some(Self { job, place }));
         }
+        Err(Error::Configuration(format!(
+            "{} is a job whose frames go to {}, not to {}; name the right one with --job",
+            place.display(),
+            job.frames().display(),
+            folder.display()
+        )))
     }
 
     /// Returns all frames of the job, as their workers recorded them.
     pub fn expected(&self) -> Result<Vec<ExpectedFrame>> {
-        let states = ChunkState::read_all(&self.place, self.job.chunks.len())?;
+        let states = farm::standing(&self.job, &farm::of_job(&self.job)?, &self.place)?;
         let mut frames = Vec::new();
         for (chunk, state) in self.job.chunks.iter().zip(&states) {
             frames.extend(chunk.set()?.iter().map(|number| {

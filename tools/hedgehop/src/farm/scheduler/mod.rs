@@ -107,7 +107,7 @@ impl Tasks {
         command.extend(job.worker_flags());
         command.extend(["--jobs".to_owned(), self.cores.to_string()]);
         command.extend(["--progress".to_owned(), "plain".to_owned()]);
-        command.extend(["--farm".to_owned(), job.place.display().to_string()]);
+        command.push(format!("--farm={}", job.place.display()));
         command
     }
 }

@@ -1,10 +1,10 @@
 //! Processes that work off a job here: one at a time for each job, and how to ask them to stop.
 
 use std::fs::{File, TryLockError};
-use std::io::Write;
 use std::path::Path;
 use std::process::Child;
 
+use crate::farm::chunk_lock::{sign, signed_here};
 use hedgehop::{Error, Result};
 
 const LOCK: &str = "local.lock";
@@ -27,13 +27,10 @@ pub fn ask_to_stop(child: &mut Child) {
 pub fn hold(folder: &Path) -> Result<Option<File>> {
     let path = folder.join(LOCK);
     let file = File::options().create(true).truncate(false).write(true).open(&path);
-    let mut file = file.map_err(|error| Error::io(&path, "open it", error))?;
+    let file = file.map_err(|error| Error::io(&path, "open it", error))?;
     match file.try_lock() {
         Ok(()) => {
-            let text = format!("{}\n", std::process::id());
-            file.set_len(0)
-                .and_then(|()| file.write_all(text.as_bytes()))
-                .map_err(|error| Error::io(&path, "write it", error))?;
+            sign(&file);
             Ok(Some(file))
         }
         Err(TryLockError::WouldBlock) => Err(Error::Configuration(format!(
@@ -51,12 +48,12 @@ pub fn cancel(folder: &Path) -> Result<bool> {
     if !matches!(file.try_lock(), Err(TryLockError::WouldBlock)) {
         return Ok(false);
     }
-    let text = std::fs::read_to_string(&path).map_err(|error| Error::io(&path, "read it", error))?;
-    match text.trim().parse() {
-        Ok(process) => stop(process).map(|()| true),
-        Err(_) => {
-            Err(Error::invalid(&path, "it names no process; stop the one that works off the job by hand"))
-        }
+    match signed_here(&path) {
+        Some(process) => stop(process).map(|()| true),
+        None => Err(Error::Configuration(format!(
+            "{} is held by a process of another machine; stop the job there",
+            path.display()
+        ))),
     }
 }
 

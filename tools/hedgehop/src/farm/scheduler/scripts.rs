@@ -56,7 +56,7 @@ pub fn finish(tasks: &Tasks, job: &FarmJob) -> String {
 # Its arguments are jobs of HyperQueue that it is to wait for.
 cd {folder} || exit {io}
 [ $# -eq 0 ] || hq job wait "$@"
-exec {program} farm finish --progress plain {place} >>{place}/logs/finish.log 2>&1 </dev/null
+exec {program} farm finish --progress plain -- {place} >>{place}/logs/finish.log 2>&1 </dev/null
 "#,
         folder = quote(job.folder.display().to_string()),
         io = exit::IO,

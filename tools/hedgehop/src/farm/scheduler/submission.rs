@@ -110,21 +110,29 @@ impl Submission {
         Ok(())
     }
 
-    /// Runs the commands; returns the names of what was submitted.
+    /// Runs the commands; returns the names of what was submitted, which `keep` gets as they come.
     ///
     /// # Errors
     /// A command cannot be started, or refuses; an interruption.
-    pub fn run(&self, observer: &dyn Observer) -> Result<Vec<String>> {
+    pub fn run(
+        &self,
+        keep: &dyn Fn(&[String]) -> Result<()>,
+        observer: &dyn Observer,
+    ) -> Result<Vec<String>> {
         let mut ids = Vec::new();
         for call in &self.calls {
             match call {
-                Call::Submit(words) => ids.push(submit(words)?),
+                Call::Submit(words) => {
+                    ids.push(submit(words)?);
+                    keep(&ids)?;
+                }
                 Call::Wait(words) => self.wait(words, observer)?,
             }
         }
         if let Some(words) = self.finish(&ids) {
             // What waits for the others is stopped first, lest it begins when they are.
             ids.insert(0, submit(&words)?);
+            keep(&ids)?;
         }
         Ok(ids)
     }
@@ -218,8 +226,12 @@ pub fn cancel(engine: Scheduler, ids: &[String]) -> Result<Vec<String>> {
         .args(&ids)
         .output()
         .map_err(|error| Error::io(words[0], "stop tasks with it", error))?;
-    let is_stopped = output.status.success();
-    Ok(if is_stopped { vec![format!("{} {}", engine.name(), ids.join(", "))] } else { Vec::new() })
+    if !output.status.success() {
+        let said =
+            String::from_utf8_lossy(&output.stderr).trim().lines().next().unwrap_or_default().to_owned();
+        return Err(Error::io(words[0], "stop tasks with it", std::io::Error::other(said)));
+    }
+    Ok(vec![format!("{} {}", engine.name(), ids.join(", "))])
 }
 
 #[cfg(unix)]
