@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::cost::CostModel;
-use super::scheduler::named;
+use crate::farm::shell::named;
 use crate::output::WRITER;
 use hedgehop::encode::FrameSet;
 use hedgehop::encode::atomic::write_new_bytes;

@@ -17,5 +17,6 @@ pub mod cost;
 pub mod job;
 pub mod parts;
 pub mod scheduler;
+pub mod shell;
 pub mod submissions;
 pub mod work;

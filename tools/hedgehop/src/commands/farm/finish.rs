@@ -11,7 +11,7 @@ use crate::commands::render::{self, RenderArgs};
 use crate::exit::{self, Failure, Outcome};
 use crate::farm::job::{FarmChunk, FarmJob};
 use crate::farm::parts::ChunkState;
-use crate::farm::scheduler::named;
+use crate::farm::shell::named;
 use crate::farm::work::WorkArgs;
 use crate::frame_ranges::ranges;
 use crate::interrupt::Interrupt;

@@ -7,10 +7,11 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 use std::thread::sleep;
 use std::time::Duration;
 
+use super::Tasks;
 use super::process::{ask_to_stop, hold};
 use super::scripts::FINAL;
-use super::{Tasks, named};
 use crate::farm::job::{self, FarmJob};
+use crate::farm::shell::named;
 use hedgehop::progress::Observer;
 use hedgehop::{Error, Result};
 

@@ -6,7 +6,6 @@ mod openjd;
 mod parallel;
 pub mod process;
 mod scripts;
-mod shell;
 mod slurm;
 mod submission;
 
@@ -16,7 +15,6 @@ use serde::{Deserialize, Serialize};
 
 use super::job::FarmJob;
 
-pub use shell::{named, quoted};
 pub use submission::{Submission, cancel, has_open_tasks};
 
 /// Program that hands out chunks.

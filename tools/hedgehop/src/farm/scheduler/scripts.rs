@@ -1,8 +1,9 @@
 //! Scripts in a job's folder that every scheduler runs: one chunk, and the end of the job.
 
-use super::{Tasks, quoted};
+use super::Tasks;
 use crate::exit;
 use crate::farm::job::FarmJob;
+use crate::farm::shell::quoted;
 
 /// Name of the script that renders a chunk.
 pub const CHUNK: &str = "chunk.sh";

@@ -6,8 +6,9 @@ use std::process::{Command, Stdio};
 use std::time::Duration;
 
 use super::process::{ask_to_stop, hold};
-use super::{Call, Scheduler, Tasks, hyperqueue, named, openjd, parallel, quoted, scripts, slurm};
+use super::{Call, Scheduler, Tasks, hyperqueue, openjd, parallel, scripts, slurm};
 use crate::farm::job::FarmJob;
+use crate::farm::shell::{named, quoted};
 use hedgehop::encode::atomic::write_bytes;
 use hedgehop::progress::Observer;
 use hedgehop::{Error, Result};
