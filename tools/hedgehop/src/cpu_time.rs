@@ -21,7 +21,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn computing_takes_time_and_sleeping_none() {
+    fn computing_takes_time() {
         let begun = of_process().unwrap();
         while of_process().unwrap() - begun < Duration::from_millis(20) {
             std::hint::spin_loop();

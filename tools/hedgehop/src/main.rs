@@ -46,6 +46,7 @@ mod scene;
 mod screen;
 mod sequence;
 mod sharpness;
+mod side_by_side;
 mod smoothing;
 mod speedup;
 mod titling;

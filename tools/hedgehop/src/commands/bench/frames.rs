@@ -6,6 +6,7 @@
 
 use std::time::{Duration, Instant};
 
+use crate::cpu_time;
 use crate::figures::FrameFigures;
 use hedgehop::Result;
 use hedgehop::frame::Picture;
@@ -38,11 +39,11 @@ impl Timed {
     /// Renders a frame between two looks at both clocks. While frames overlap, they also tell of others.
     pub(super) fn render(render: impl FnOnce() -> Result<(Picture, Account)>) -> Result<Self> {
         // The CPU clock is read first and last, so that what reading it costs is counted, not hidden.
-        let cpu_begun = process_cpu_time();
+        let cpu_begun = cpu_time::of_process();
         let begun = Instant::now();
         let (picture, Account { times: stages, .. }) = render()?;
         let wall = begun.elapsed();
-        let cpu = cpu_begun.zip(process_cpu_time()).map(|(begun, end)| end.saturating_sub(begun));
+        let cpu = cpu_begun.zip(cpu_time::of_process()).map(|(begun, end)| end.saturating_sub(begun));
         Ok(Self { picture, stages, wall, cpu })
     }
 
@@ -50,19 +51,6 @@ impl Timed {
     pub(super) fn times(&self, number: u64) -> FrameTimes {
         FrameTimes { number, wall: self.wall, cpu: self.cpu, stages: self.stages }
     }
-}
-
-/// CPU time of all threads of this process so far.
-#[cfg(unix)]
-fn process_cpu_time() -> Option<Duration> {
-    use rustix::time::{ClockId, clock_gettime};
-    Duration::try_from(clock_gettime(ClockId::ProcessCPUTime)).ok()
-}
-
-/// CPU time of all threads of this process so far.
-#[cfg(not(unix))]
-fn process_cpu_time() -> Option<Duration> {
-    None
 }
 
 /// The fastest pass of every frame; every pass holds the same frames in the same order.
@@ -109,17 +97,5 @@ mod tests {
         let figures = fastest(passes.iter().map(Vec::as_slice));
         let seen: Vec<_> = figures.iter().map(|f| (f.frame, f.wall_ms, f.march_ms)).collect();
         assert_eq!(seen, [(1, 20.0, 8.0), (7, 20.0, 9.0)]);
-    }
-
-    #[cfg(unix)]
-    #[test]
-    fn cpu_time_grows_with_work() {
-        let before = process_cpu_time().unwrap();
-        let begun = Instant::now();
-        let mut sum = 0_u64;
-        while begun.elapsed() < Duration::from_millis(20) {
-            sum = std::hint::black_box(sum.wrapping_add(1));
-        }
-        assert!(process_cpu_time().unwrap() > before);
     }
 }

@@ -1,11 +1,8 @@
 //! `hedgehop farm finish`: what comes after the last chunk.
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Mutex, PoisonError};
 
 use super::request;
-use crate::args::available_cores;
 use crate::commands::contact_sheet::{self, ContactSheetArgs};
 use crate::commands::render::{self, RenderArgs};
 use crate::exit::{self, Failure, Outcome};
@@ -16,6 +13,7 @@ use crate::farm::work::WorkArgs;
 use crate::frame_ranges::ranges;
 use crate::interrupt::Interrupt;
 use crate::progress::{Mode, Reporter};
+use crate::side_by_side::side_by_side;
 use hedgehop::encode::sidecar::Manifest;
 use hedgehop::encode::video::encode_video;
 use hedgehop::progress::Observer;
@@ -154,28 +152,14 @@ pub fn unsound(job: &FarmJob, states: &[ChunkState], observer: &dyn Observer) ->
         sets.push(chunk.set()?);
     }
 
-    let wrong: Vec<Mutex<Vec<u64>>> = sets.iter().map(|_| Mutex::default()).collect();
-    let next = AtomicUsize::new(0);
-    observer.begin("look", job.chunks.len() as u64, "chunks");
-    std::thread::scope(|scope| {
-        for _ in 0..available_cores().min(sets.len()) {
-            scope.spawn(|| {
-                while !observer.cancelled() {
-                    let index = next.fetch_add(1, Ordering::Relaxed);
-                    let (Some(set), Some(state)) = (sets.get(index), states.get(index)) else { return };
-                    let found = set.iter().filter(|number| is_sound(state, *number) != Some(true)).collect();
-                    *wrong[index].lock().unwrap_or_else(PoisonError::into_inner) = found;
-                    observer.advance(1);
-                }
-            });
-        }
-    });
+    let wrong = |index: usize| {
+        let state = &states[index];
+        sets[index].iter().filter(|number| is_sound(state, *number) != Some(true)).collect()
+    };
+    observer.begin("look", sets.len() as u64, "chunks");
+    let found = side_by_side(sets.len().min(states.len()), observer, &wrong);
     observer.end();
-
-    if observer.cancelled() {
-        return Err(Error::Interrupted("not all frames were looked at".into()));
-    }
-    Ok(wrong.into_iter().map(|found| found.into_inner().unwrap_or_else(PoisonError::into_inner)).collect())
+    found.ok_or_else(|| Error::Interrupted("not all frames were looked at".into()))
 }
 
 /// Makes the film that the flags ask for, if they do, of frames that are all there.

@@ -2,14 +2,12 @@
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Mutex, PoisonError};
 
 use serde_json::{Value, json};
 
-use crate::args::available_cores;
 use crate::frame_ranges::ranges;
 use crate::pictures;
+use crate::side_by_side::side_by_side;
 use hedgehop::encode::check::digest_of_whole;
 use hedgehop::encode::sidecar::{FrameRecord, Manifest};
 use hedgehop::progress::Observer;
@@ -139,33 +137,12 @@ fn candidates(folder: &Path, listed: &[ExpectedFrame]) -> Result<(Vec<Candidate>
     Ok((all, unlisted))
 }
 
-/// Checks each, in order; as many threads as cores decode them.
+/// Checks each, in order.
 fn each(candidates: &[Candidate], listed_by: &str, observer: &dyn Observer) -> Result<Vec<Option<String>>> {
-    let mut found: Vec<Mutex<Option<String>>> = Vec::new();
-    found.resize_with(candidates.len(), Mutex::default);
-    let (next, threads) = (AtomicUsize::new(0), available_cores().min(candidates.len()));
     observer.begin("frames", candidates.len() as u64, "frames");
-
-    std::thread::scope(|scope| {
-        for _ in 0..threads {
-            scope.spawn(|| {
-                while !observer.cancelled() {
-                    let index = next.fetch_add(1, Ordering::Relaxed);
-                    let Some(candidate) = candidates.get(index) else { return };
-                    *found[index].lock().unwrap_or_else(PoisonError::into_inner) =
-                        fault(candidate, listed_by);
-                    observer.advance(1);
-                }
-            });
-        }
-    });
-
-    if observer.cancelled() {
-        return Err(Error::Interrupted("not all frames were checked".into()));
-    }
-
+    let found = side_by_side(candidates.len(), observer, &|index| fault(&candidates[index], listed_by));
     observer.end();
-    Ok(found.into_iter().map(|found| found.into_inner().unwrap_or_else(PoisonError::into_inner)).collect())
+    found.ok_or_else(|| Error::Interrupted("not all frames were checked".into()))
 }
 
 /// Says what is wrong with one.
