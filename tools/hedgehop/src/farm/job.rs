@@ -49,6 +49,8 @@ pub struct FarmJob {
     pub check: PageCheck,
     /// Manifest of the frames, without any.
     pub made_of: Manifest,
+    /// Cores of a process whose times were predicted.
+    pub cores: usize,
     /// Model that the chunks were cut by.
     pub cost: CostModel,
     /// Chunks; the first has number 1.

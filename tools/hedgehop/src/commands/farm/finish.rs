@@ -14,7 +14,7 @@ use crate::frame_ranges::ranges;
 use crate::interrupt::Interrupt;
 use crate::progress::{Mode, Reporter};
 use crate::side_by_side::side_by_side;
-use hedgehop::encode::sidecar::Manifest;
+use hedgehop::encode::sidecar::{FrameRecord, Manifest};
 use hedgehop::encode::video::encode_video;
 use hedgehop::progress::Observer;
 use hedgehop::{Error, Result};
@@ -68,10 +68,11 @@ pub fn finish(job: &FarmJob, place: &Path, reporter: &Reporter) -> Outcome {
 
     let manifest = list_records(job, states)?;
     exit::print(&format!(
-        "{}: {} frames, listed in {}\n",
+        "{}: {} frames, listed in {}{}\n",
         place.display(),
         manifest.frames.len(),
-        job.frames().join(hedgehop::encode::sidecar::MANIFEST).display()
+        job.frames().join(hedgehop::encode::sidecar::MANIFEST).display(),
+        predicted_and_taken(job, &manifest)
     ))?;
 
     // Names of films and sheets count from where the job was submitted.
@@ -85,6 +86,21 @@ pub fn finish(job: &FarmJob, place: &Path, reporter: &Reporter) -> Outcome {
         contact_sheet::run(&sheet, reporter.interrupt())?;
     }
     Ok(())
+}
+
+/// Says how long a process was to take for the frames, and took, behind a sentence; nothing where either is unknown.
+fn predicted_and_taken(job: &FarmJob, manifest: &Manifest) -> String {
+    let cpu_s = |frame: &FrameRecord| frame.cost.as_ref()?.cpu_s;
+    let taken: Option<f64> = manifest.frames.iter().map(cpu_s).sum();
+    let starts = job.cost.start_s * job.chunks.len() as f64;
+    let predicted: f64 = job.chunks.iter().map(|chunk| chunk.predicted_s).sum::<f64>() - starts;
+    match taken.filter(|_| !job.cost.samples.is_empty()) {
+        Some(taken) => format!(
+            "; predicted {predicted:.1} s of one process, took {:.1} s of its cores",
+            taken / job.cores.max(1) as f64
+        ),
+        None => String::new(),
+    }
 }
 
 /// Lists the frames of a job in the manifest beside them, if none is missing.

@@ -153,6 +153,7 @@ pub fn run(args: &SubmitArgs, interrupt: &Interrupt) -> Outcome {
         contact_sheet: names.contact_sheet.clone(),
         check: args.check.unwrap_or(if is_whole { PageCheck::Whole } else { PageCheck::Planned }),
         made_of: sampled.made_of,
+        cores,
         chunks: chunks(args, cores, &survey, &prediction),
         cost: prediction.model,
     };
