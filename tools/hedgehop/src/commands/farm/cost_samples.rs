@@ -12,8 +12,11 @@ use hedgehop::encode::{FramePattern, FrameSet};
 use hedgehop::progress::Observer;
 use hedgehop::{Error, Result};
 
-/// Frames in a row at each place: the first waits for its pages, and the others tell what a frame costs.
-const IN_A_ROW: usize = 3;
+/// Frames in a row at each place: the first waits for its pages, those behind it still take memory from the system that later ones
+/// have again, and the last ones tell what a frame costs.
+const IN_A_ROW: usize = 6;
+/// Frames at the end of a row that tell so.
+const SETTLED: usize = 3;
 /// A place stands for so many frames, if the number of places allows.
 const FRAMES_A_PLACE: usize = 40;
 /// Places, at least and at most, unless the user says how many.
@@ -136,7 +139,8 @@ impl MeasuredRow {
         };
 
         let first_s = self.costs.first().map_or(self.seconds, |cost| time(cost) + waited(cost));
-        let later: Vec<f64> = self.costs.iter().skip(1).map(time).collect();
+        let settled = self.costs.len().saturating_sub(SETTLED).max(1);
+        let later: Vec<f64> = self.costs.iter().skip(settled).map(time).collect();
         let wall: f64 = self.costs.iter().map(|cost| cost.wall_s).sum();
         CostSample {
             index: self.index,
@@ -160,6 +164,9 @@ mod tests {
         assert_eq!((disturbed.first_s, disturbed.frame_s, disturbed.start_s), (0.5, 0.25, 1.0));
         let by_clock = row(frames.map(|(wall, _)| cost(wall, None)).to_vec()).sample(2);
         assert_eq!((by_clock.first_s, by_clock.frame_s), (1.0, 0.5));
+        let settling =
+            row([1.0, 0.75, 0.5, 0.25, 0.25, 0.25].map(|wall| cost(wall, None)).to_vec()).sample(1);
+        assert_eq!((settling.first_s, settling.frame_s), (1.0, 0.25));
         let single = row(vec![cost(0.5, None)]).sample(1);
         assert_eq!((single.first_s, single.frame_s), (0.5, 0.5));
     }
