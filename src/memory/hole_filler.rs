@@ -33,6 +33,6 @@ pub trait HoleFiller: std::fmt::Debug + Send + Sync {
     /// Whether all that was filled is of the one database that was opened.
     ///
     /// # Errors
-    /// It is not, or something could not be had.
+    /// The database has changed, or something could not be had.
     fn intact(&self) -> Result<()>;
 }

@@ -27,7 +27,7 @@ impl FileEnds {
     /// Reads them from the `start` of a file of `length` bytes, at least its header; `path` is for the error's sentence.
     ///
     /// # Errors
-    /// It is no database, of a version that is not read, damaged, or of another length.
+    /// The file is no database, of a version that is not read, damaged, or of another length.
     pub fn of_start(path: &Path, start: &[u8], length: u64) -> Result<Self> {
         let fixed = FixedHeader::decode_start(path, start, length)?;
         Ok(Self {

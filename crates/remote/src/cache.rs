@@ -150,7 +150,7 @@ impl Cache {
             Ok(()) => {
                 let folder = self.folder().join(name);
                 let remove = |name: &str| fs::remove_file(folder.join(name)).is_ok();
-                // What anybody else put there stays, and its folder.
+                // Files of other programs stay, and their folder.
                 remove(PRESENT) && remove(DATA) && fs::remove_dir(&folder).is_ok()
             }
         }

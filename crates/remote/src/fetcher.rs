@@ -342,7 +342,7 @@ impl Drop for Fetcher {
     fn drop(&mut self) {
         self.shared.state().is_ended = true;
         self.shared.changed.notify_all();
-        // What cannot be kept is fetched again.
+        // Bytes that cannot be kept are fetched again.
         let _ = self.shared.entry.copy().commit();
         let _ = self.shared.entry.close();
     }
