@@ -242,6 +242,11 @@ impl Workers {
     }
 }
 
+/// Returns a name that holds in every working folder.
+pub fn absolute(path: &Path) -> hedgehop::Result<PathBuf> {
+    std::path::absolute(path).map_err(|error| Error::io(path, "find it", error))
+}
+
 /// Cores that this process may use; 1 where the system does not say.
 pub fn available_cores() -> usize {
     std::thread::available_parallelism().map_or(1, NonZeroUsize::get)

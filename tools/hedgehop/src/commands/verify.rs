@@ -42,7 +42,7 @@ pub struct VerifyArgs {
 pub fn run(args: &VerifyArgs, interrupt: &Interrupt) -> Outcome {
     let reporter = Reporter::new(args.progress, interrupt);
     if args.file.is_dir() {
-        return verify_frames::tell(&args.file, None, args.json, &reporter);
+        return verify_frames::verify(&args.file, args.json, &reporter);
     }
     let report = args.cache.open(&args.file)?.verify(&reporter)?;
     let text = if args.json { format!("{:#}\n", json(args, &report)) } else { lines(args, &report) };

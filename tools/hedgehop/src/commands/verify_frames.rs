@@ -5,13 +5,14 @@ mod job;
 
 use std::path::{Path, PathBuf};
 
+use crate::args::absolute;
 use crate::exit::{self, Failure, Outcome};
 use crate::frame_ranges::ranges;
 use crate::interrupt::Interrupt;
 use crate::progress::{Mode, Reporter};
 use hedgehop::Error;
 use hedgehop::progress::Observer;
-use job::{JobOfFrames, absolute};
+use job::JobOfFrames;
 
 const EXAMPLE: &str = "\
 Examples:
@@ -82,8 +83,13 @@ pub fn run(args: &VerifyFramesArgs, interrupt: &Interrupt) -> Outcome {
     tell(&folder, Some(&job), args.json, &reporter)
 }
 
+/// Checks a folder against the job beside it, or its manifest, and says what was found.
+pub fn verify(path: &Path, as_json: bool, reporter: &Reporter) -> Outcome {
+    tell(path, JobOfFrames::find(path, None)?.as_ref(), as_json, reporter)
+}
+
 /// Checks a folder, and says what was found.
-pub fn tell(path: &Path, job: Option<&JobOfFrames>, as_json: bool, reporter: &Reporter) -> Outcome {
+fn tell(path: &Path, job: Option<&JobOfFrames>, as_json: bool, reporter: &Reporter) -> Outcome {
     let expected = job.map(JobOfFrames::expected).transpose()?;
     let report = folder::check(path, expected, reporter)?;
     let text =

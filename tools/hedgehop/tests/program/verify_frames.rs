@@ -82,6 +82,12 @@ fn twenty_faults_are_found_and_mended() {
     let told = ends(&run(&folder, "verify-frames f"), 6);
     let list: Vec<String> = numbers.iter().map(u64::to_string).collect();
     assert!(told.contains(&format!("as render does with --frames {}\n", list.join(","))), "{told}");
+    // A frame that no manifest lists any more is missed by its job.
+    fs::remove_file(folder.path().join("f/manifest.json")).expect("a manifest");
+    assert_eq!(
+        ends(&run(&folder, "verify f --progress none"), 6),
+        ends(&run(&folder, "verify-frames f --progress none"), 6)
+    );
     let json = run(&folder, "verify-frames f --json");
     let json: serde_json::Value = serde_json::from_slice(&json.stdout).expect("it is JSON");
     let found: Vec<u64> =

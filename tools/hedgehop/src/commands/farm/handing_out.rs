@@ -63,9 +63,7 @@ impl HandOutArgs {
         };
         let program = match &self.program {
             // Workers are started elsewhere.
-            Some(program) if program.components().count() > 1 => {
-                std::path::absolute(program).map_err(|error| Error::io(program, "find it", error))?
-            }
+            Some(program) if program.components().count() > 1 => args::absolute(program)?,
             Some(program) => program.clone(),
             None => own()?,
         };
@@ -97,7 +95,7 @@ impl HandOutArgs {
 /// Refuses a scheduler whose command is not there.
 ///
 /// # Errors
-/// It is on no path.
+/// The command is on no path.
 pub fn check_engine(engine: Scheduler) -> Result<()> {
     match engine.command() {
         Some(command) if !is_on_path(command) => Err(Error::Configuration(format!(

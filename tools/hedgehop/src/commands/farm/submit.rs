@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use super::cost_samples;
 use super::handing_out::{HandOutArgs, Handing, check_engine, hand_out};
 use super::request;
+use crate::args::absolute;
 use crate::commands::render::{self, RenderArgs, Survey};
 use crate::exit::Outcome;
 use crate::farm::chunks::cut;
@@ -271,10 +272,6 @@ impl SubmitNames {
         };
         Ok(Self { job: here(&args.job)?, contact_sheet: here(&args.contact_sheet)? })
     }
-}
-
-fn absolute(path: &Path) -> Result<PathBuf> {
-    std::path::absolute(path).map_err(|error| Error::io(path, "find it", error))
 }
 
 /// Returns this folder.

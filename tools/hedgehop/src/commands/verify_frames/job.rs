@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::folder::ExpectedFrame;
+use crate::args::absolute;
 use crate::commands::farm;
 use crate::farm::job::FarmJob;
 use crate::progress::{Mode, Reporter};
@@ -92,9 +93,4 @@ impl JobOfFrames {
         reporter.end();
         farm::list(&self.job, &self.place)
     }
-}
-
-/// Returns a name that holds in every working folder.
-pub fn absolute(path: &Path) -> Result<PathBuf> {
-    std::path::absolute(path).map_err(|error| Error::io(path, "find it", error))
 }
