@@ -6,11 +6,13 @@ mod finish;
 mod handing_out;
 mod request;
 mod retry;
+mod standing;
 mod status;
 mod submit;
 
-pub use finish::{list, standing, work_off};
+pub use finish::{list, work_off};
 pub use request::of_job;
+pub use standing::standing;
 
 use clap::Subcommand;
 

@@ -141,6 +141,12 @@ impl ChunkState {
     }
 }
 
+/// Whether a file holds the bytes that a record tells of.
+pub fn holds(record: &FrameRecord, file: &Path) -> bool {
+    let Some(blake3) = &record.blake3 else { return false };
+    fs::read(file).is_ok_and(|bytes| blake3::hash(&bytes).to_hex().as_str() == blake3)
+}
+
 /// Whether a record names a file in the folder of the frames, and none elsewhere.
 fn is_name(file: Option<&str>) -> bool {
     let mut parts = Path::new(file.unwrap_or_default()).components();

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::chunk_lock::lock;
 use super::job::{FarmJob, PageCheck, ProgramRecord};
-use super::parts::{ChunkState, PartLog};
+use super::parts::{ChunkState, PartLog, holds};
 use crate::args::Instructions;
 use crate::sequence::Delivery;
 use hedgehop::encode::FrameSet;
@@ -160,9 +160,10 @@ impl ChunkWork {
         anew: &PageFile,
         observer: &dyn Observer,
     ) -> Result<()> {
+        // A folder that is not there yet is told by its name.
         let real = |folder: &Path| {
             let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-            std::fs::create_dir_all(folder).and_then(|()| folder.canonicalize()).ok()
+            folder.canonicalize().or_else(|_| std::path::absolute(folder)).ok()
         };
         let frames = self.job.frames();
         if output.and_then(real).is_none_or(|output| Some(output) != real(&frames)) {
@@ -207,10 +208,7 @@ impl ChunkWork {
 
     /// Whether a frame is finished: its file holds the bytes that a record tells of.
     pub fn is_finished(&self, number: u64, file: &Path) -> bool {
-        let Some(blake3) = self.finished.get(&number).and_then(|record| record.blake3.as_ref()) else {
-            return false;
-        };
-        std::fs::read(file).is_ok_and(|bytes| blake3::hash(&bytes).to_hex().as_str() == blake3)
+        self.finished.get(&number).is_some_and(|record| holds(record, file))
     }
 
     /// Records a frame that was written now.

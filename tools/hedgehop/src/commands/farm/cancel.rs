@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use super::finish::{standing, unfinished};
 use super::request;
+use super::standing::{standing, unfinished};
 use crate::exit::{self, Outcome};
 use crate::farm::chunk_lock::worker_here;
 use crate::farm::job::FarmJob;

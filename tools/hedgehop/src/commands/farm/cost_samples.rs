@@ -131,7 +131,7 @@ struct MeasuredRow {
 impl MeasuredRow {
     /// Reads off what frames cost a process of so many workers whose cores are its own.
     ///
-    /// What else runs beside takes time from some frames and not from others, but processor time from none.
+    /// Other programs take time from some frames and not from others, but processor time from none.
     fn sample(&self, workers: usize) -> CostSample {
         let time = |cost: &FrameCost| cost.cpu_s.map_or(cost.wall_s, |cpu| cpu / workers as f64);
         let waited = |cost: &FrameCost| {

@@ -3,20 +3,19 @@
 use std::path::{Path, PathBuf};
 
 use super::request;
+use super::standing::{standing, unfinished, unsound};
 use crate::commands::contact_sheet::{self, ContactSheetArgs};
 use crate::commands::render::{self, RenderArgs};
 use crate::exit::{self, Failure, Outcome};
-use crate::farm::job::{FarmChunk, FarmJob};
+use crate::farm::job::FarmJob;
 use crate::farm::parts::ChunkState;
 use crate::farm::shell::named;
 use crate::farm::work::WorkArgs;
 use crate::frame_ranges::ranges;
 use crate::interrupt::Interrupt;
 use crate::progress::{Mode, Reporter};
-use crate::side_by_side::side_by_side;
 use hedgehop::encode::sidecar::{FrameRecord, Manifest};
 use hedgehop::encode::video::encode_video;
-use hedgehop::progress::Observer;
 use hedgehop::{Error, Result};
 
 /// List the frames of a job in one manifest, and make its film and contact sheet.
@@ -54,7 +53,7 @@ pub fn finish(job: &FarmJob, place: &Path, reporter: &Reporter) -> Outcome {
         }
     }
     if !missing.is_empty() {
-        let is_mended = states.iter().all(|state| state.failure.is_none());
+        let is_mended = states.iter().all(|state| state.failure.is_none() || state.is_stopped);
         let first = if is_mended { "" } else { "mend what failed, then " };
         text += &format!(
             "{}: {} frames are missing; {first}hedgehop farm retry {} renders them\n",
@@ -129,53 +128,6 @@ pub fn work_off(job: &FarmJob, place: &Path, number: u64, reporter: &Reporter) -
     args.work = WorkArgs::of(place, number);
     args.overwrite = true;
     render::fly(&args, args.cache.open_trusting(&args.area, args.trust.trust())?, reporter).map(drop)
-}
-
-/// Reads how far the chunks of a job are. Records of frames that are not theirs, or of files of other names, are nobody's.
-pub fn standing(job: &FarmJob, args: &RenderArgs, place: &Path) -> Result<Vec<ChunkState>> {
-    let mut states = ChunkState::read_all(place, job.chunks.len())?;
-    let name = |number: u64| {
-        let path = args.output.as_ref()?.path(number);
-        Some(path.file_name()?.to_string_lossy().into_owned())
-    };
-    for (chunk, state) in job.chunks.iter().zip(&mut states) {
-        let frames = chunk.set()?;
-        state.records.retain(|number, record| frames.contains(*number) && record.file == name(*number));
-    }
-    Ok(states)
-}
-
-/// Lists the frames of a chunk that are not finished: they have no record, or no file.
-pub fn unfinished(job: &FarmJob, chunk: &FarmChunk, state: &ChunkState) -> Result<Vec<u64>> {
-    let folder = job.frames();
-    let is_there = |number: &u64| {
-        let file = state.records.get(number).and_then(|record| record.file.as_ref());
-        file.is_some_and(|file| folder.join(file).is_file())
-    };
-    Ok(chunk.set()?.iter().filter(|number| !is_there(number)).collect())
-}
-
-/// Lists the frames of each chunk that have no record, or whose file does not hold the bytes that it tells of; all files are read.
-pub fn unsound(job: &FarmJob, states: &[ChunkState], observer: &dyn Observer) -> Result<Vec<Vec<u64>>> {
-    let folder = job.frames();
-    let is_sound = |state: &ChunkState, number: u64| {
-        let record = state.records.get(&number)?;
-        let bytes = std::fs::read(folder.join(record.file.as_ref()?)).ok()?;
-        Some(blake3::hash(&bytes).to_hex().as_str() == record.blake3.as_ref()?)
-    };
-    let mut sets = Vec::new();
-    for chunk in &job.chunks {
-        sets.push(chunk.set()?);
-    }
-
-    let wrong = |index: usize| {
-        let state = &states[index];
-        sets[index].iter().filter(|number| is_sound(state, *number) != Some(true)).collect()
-    };
-    observer.begin("look", sets.len() as u64, "chunks");
-    let found = side_by_side(sets.len().min(states.len()), observer, &wrong);
-    observer.end();
-    found.ok_or_else(|| Error::Interrupted("not all frames were looked at".into()))
 }
 
 /// Makes the film that the flags ask for, if they do, of frames that are all there.

@@ -2,9 +2,10 @@
 
 use std::path::PathBuf;
 
-use super::finish::{finish, standing, unsound};
+use super::finish::finish;
 use super::handing_out::{HandOutArgs, Handing, check_engine, hand_out};
 use super::request;
+use super::standing::{standing, unsound};
 use crate::exit::Outcome;
 use crate::farm::job::FarmJob;
 use crate::farm::scheduler::{Scheduler, has_open_tasks};

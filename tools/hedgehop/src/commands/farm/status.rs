@@ -6,8 +6,8 @@ use std::time::SystemTime;
 
 use serde::Serialize;
 
-use super::finish::{standing, unfinished};
 use super::request;
+use super::standing::{standing, unfinished};
 use crate::exit::{self, Failure, Outcome};
 use crate::farm::chunk_lock::is_locked;
 use crate::farm::job::FarmJob;
@@ -101,6 +101,7 @@ fn report(job: &FarmJob, args: &StatusArgs) -> Result<JobReport> {
             (false, ChunkState { open: 0, .. }) => ChunkStage::Lost,
             (false, _) => ChunkStage::Open,
         };
+
         let silent = state.touched.and_then(|time| SystemTime::now().duration_since(time).ok());
         chunks.push(ChunkReport {
             chunk: number,
