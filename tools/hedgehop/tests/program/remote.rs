@@ -245,7 +245,10 @@ fn a_database_replaced_meanwhile_ends_the_run_and_mixes_no_frame() {
         let args = [&cache.flags()[..], &["--verify", "never"]].concat();
         let said = ends(&site.render(&server.url(), &folder, &args), 5);
         assert!(said.contains("was replaced on its server while it was in use"), "{tells:?}: {said}");
-        assert_eq!(site.frames(&folder).len(), 0, "{tells:?} {after}");
+        // The first frame needs more requests than six; those that were whole before a later one are of the first database.
+        let (before, whole) = (site.frames(&folder), site.frames("local-unchecked"));
+        assert!(before.is_empty() || after > 6, "{tells:?} {after}");
+        assert!(before.iter().all(|frame| whole.iter().any(|other| other == frame)), "{tells:?} {after}");
 
         // Nothing of the other one was kept as this one's: a run with the server as it was before shows this.
         let server = RangeServer::start(site.area.clone(), Behaviour { tells, ..Behaviour::default() });
