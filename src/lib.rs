@@ -59,6 +59,8 @@
 
 #[doc(hidden)]
 pub mod cache;
+#[doc(hidden)]
+pub mod detail;
 pub mod earth;
 pub mod encode;
 pub mod flight;

@@ -278,6 +278,23 @@ impl<'a> PageCursor<'a> {
         self.corner_samples(level, cell, Self::colours)
     }
 
+    /// The page of the south-western corner of a cell, and that corner's column and row in it, of which −1 is the apron; `None` where the page is absent, and in
+    /// an area that repeats where the other corners lie beyond its seam.
+    pub fn page_of_cell(
+        &mut self,
+        level: u8,
+        cell: [i64; 2],
+    ) -> Result<Option<(PageId, PageView<'a>, [i64; 2])>> {
+        let dims = self.dims(level);
+        if self.is_endless() && (cell[0] == dims[0] - 1 || cell[1] == dims[1] - 1) {
+            return Ok(None);
+        }
+        let Some((view, place)) = self.posts(level, cell)? else { return Ok(None) };
+        let (view, corner) = (*view, [place.x, place.y]);
+        let [px, py] = [0, 1].map(|axis| ((cell[axis] - corner[axis]) / i64::from(PAGE_SIDE)) as u32);
+        Ok(Some((sheet(self.source, self.bare, PageId { level, px, py }), view, corner)))
+    }
+
     /// Samples of a plane with apron at the corners of a cell.
     #[inline]
     fn corner_samples<T: Copy + 'a>(

@@ -14,6 +14,7 @@
 use glam::{DVec2, DVec3, Vec3};
 
 use super::{Contact, Face, GridRay, PageCursor, SolidHit};
+use crate::detail::{DetailBlocks, GroundTile, PostCell};
 use crate::space::Footprint;
 use crate::sunlight::{ShadeSampler, Shades};
 use crate::voxel::{Attributes, Grid, PageSource, RADIX};
@@ -40,6 +41,9 @@ pub struct SurfaceSample {
     pub sun: f32,
 }
 
+/// Least sine of a grazing angle over which a footprint goes on.
+const LEAST_SINE: f64 = 1.0e-3;
+
 /// Samples the surface for pixels of one footprint.
 pub struct SurfaceFilter<'a> {
     cursor: PageCursor<'a>,
@@ -50,6 +54,10 @@ pub struct SurfaceFilter<'a> {
     coarsest: u8,
     source: &'a dyn PageSource,
     shade: Option<ShadeSampler<'a>>,
+    /// Detail of the finest level's posts.
+    detail: DetailBlocks,
+    /// Factor on the amplitude of what lies below its voxels.
+    detail_synthesis: f64,
 }
 
 /// Level indices that enclose a footprint, and the share of the coarser one.
@@ -70,6 +78,7 @@ struct FootprintTaps {
 }
 
 /// End of a ray, and the sunlight there.
+#[derive(Clone, Copy)]
 struct LitContact {
     blend: LevelBlend,
     /// Place, units.
@@ -92,12 +101,19 @@ impl<'a> SurfaceFilter<'a> {
             coarsest: header.level_count - 1,
             source,
             shade: None,
+            detail: DetailBlocks::default(),
+            detail_synthesis: 0.0,
         }
     }
 
     /// The same with shadows.
     pub fn shaded(self, shades: Option<&'a Shades>) -> Self {
         Self { shade: shades.map(ShadeSampler::new), ..self }
+    }
+
+    /// The same with detail below the finest voxel, of so many times the amplitude that imagery has.
+    pub fn detailed(self, detail_synthesis: f64) -> Self {
+        Self { detail_synthesis, ..self }
     }
 
     /// The same over the area repeated without end.
@@ -122,8 +138,10 @@ impl<'a> SurfaceFilter<'a> {
     }
 
     fn sample_here(&mut self, ray: &GridRay, contact: &Contact) -> Result<SurfaceSample> {
-        let LitContact { blend, units, footprint, normal, sun } = self.lit(ray, contact)?;
+        let lit = self.lit(ray, contact)?;
+        let LitContact { blend, units, footprint, normal, sun } = lit;
         let albedo = self.mean(units, footprint, |filter, units| filter.blended_colour(blend, units))?;
+        let albedo = albedo * self.below_voxel(ray, contact, &lit)?;
         let attributes = self.attributes(units, contact)?;
         Ok(SurfaceSample {
             range: contact.range,
@@ -133,6 +151,39 @@ impl<'a> SurfaceFilter<'a> {
             attributes,
             sun,
         })
+    }
+
+    /// Factor on the light of a pixel by what lies below the finest voxel.
+    fn below_voxel(&mut self, ray: &GridRay, contact: &Contact, lit: &LitContact) -> Result<f32> {
+        let LitContact { blend, units, footprint, normal, .. } = *lit;
+        let width = self.footprint.at(contact.range) / self.grid.spacing;
+        let strength = self.detail_synthesis * GroundTile::fading(width);
+        let (Some(tile), true) = (GroundTile::codes(), blend.fine == 0 && strength > 0.0) else {
+            return Ok(1.0);
+        };
+        let deviation = self.mean(units, footprint, |filter, units| filter.deviation(units))?;
+
+        // Extent of the footprint along the ray's way over the ground, and across, units.
+        let direction = self.direction(ray.slope.truncate().extend(ray.rise_at(contact.range)));
+        let way = direction.truncate().normalize_or(DVec2::X);
+        let along = width * normal.z / normal.dot(direction).abs().max(LEAST_SINE);
+        let squares = way * way * (along * along) + way.perp() * way.perp() * (width * width);
+        let mean = tile.mean(units, squares.map(f64::sqrt));
+
+        Ok((1.0 + f64::from(deviation) * strength * mean).max(0.0) as f32)
+    }
+
+    /// Relative deviation of light below the finest voxel at a position in units; 0 where its page is absent.
+    fn deviation(&mut self, units: DVec2) -> Result<f32> {
+        let (cell, fraction) = self.cursor.cells(0).cell_at(units);
+        let Some((id, view, post)) = self.cursor.page_of_cell(0, cell)? else { return Ok(0.0) };
+        let cell = PostCell { post, share: [fraction.x as f32, fraction.y as f32] };
+        Ok(self.detail.at(id, &view, cell).deviation)
+    }
+
+    /// Unit vector along a ray that changes by `slope` (units, units, metres) per metre of range.
+    fn direction(&self, slope: DVec3) -> DVec3 {
+        slope * DVec3::new(self.grid.spacing, self.grid.spacing, 1.0)
     }
 
     fn attributes(&mut self, units: DVec2, contact: &Contact) -> Result<Attributes> {
@@ -248,7 +299,7 @@ impl<'a> SurfaceFilter<'a> {
     /// The footprint of `width` metres (across the ray) along a ray that changes by `slope` (units, units, metres) per metre of range, units, and
     /// how many taps it takes.
     fn along(&self, slope: DVec3, width: f64, normal: DVec3) -> FootprintTaps {
-        let direction = slope * DVec3::new(self.grid.spacing, self.grid.spacing, 1.0);
+        let direction = self.direction(slope);
         let grazing = normal.dot(direction).abs().max(1.0 / MOST_TAPS);
         let along = direction.truncate().normalize_or_zero() * (width / grazing / self.grid.spacing);
         FootprintTaps { along, count: (1.0 / grazing).ceil() }
@@ -304,6 +355,12 @@ impl<'a> SurfaceFilter<'a> {
     /// next coarser level; black where the coarsest one is, too.
     fn colour(&mut self, level: u8, units: DVec2) -> Result<Vec3> {
         let (cell, fraction) = self.cursor.cells(level).cell_at(units);
+        if level == 0
+            && let Some((id, view, post)) = self.cursor.page_of_cell(level, cell)?
+        {
+            let cell = PostCell { post, share: [fraction.x as f32, fraction.y as f32] };
+            return Ok(self.detail.at(id, &view, cell).albedo);
+        }
         let Some(colours) = self.cursor.corner_colours(level, cell)? else {
             return if level < self.coarsest { self.colour(level + 1, units) } else { Ok(Vec3::ZERO) };
         };

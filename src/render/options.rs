@@ -29,6 +29,8 @@ pub struct RenderOptions {
     /// Factor on the range thresholds, > 0: 1 changes level where a voxel fills a pixel. Scan planes also look the closer
     /// at steep ground.
     pub detail: f64,
+    /// Factor on the amplitude of detail that is made up below the finest voxel, ≥ 0; 0: there is none.
+    pub detail_synthesis: f64,
     /// Drop of heights with ground distance; flat by default. [`Self::of`] chooses by the database.
     pub curvature: Curvature,
     /// The area repeats without end, eastward and northward.
@@ -60,6 +62,7 @@ impl Default for RenderOptions {
             shadows: false,
             weather: Weather::default(),
             detail: 1.0,
+            detail_synthesis: 1.0,
             curvature: Curvature::FLAT,
             tile_world: false,
             engine: Engine::default(),
@@ -118,6 +121,10 @@ impl RenderOptions {
             (self.sun.azimuth.is_finite(), "the sun's azimuth must be finite"),
             (self.weather.is_sound(), "the weather must be within the ranges of its fields"),
             (self.detail > 0.0 && self.detail.is_finite(), "detail must be more than 0"),
+            (
+                self.detail_synthesis >= 0.0 && self.detail_synthesis.is_finite(),
+                "detail synthesis must be 0 or more",
+            ),
             (bend.is_finite() && bend >= 0.0, "the curvature's inverse diameter must be 0 or more"),
             (pose.eye.is_finite() && attitude.is_finite(), "the pose must be finite"),
             (camera.width > 0 && camera.height > 0, "a frame needs at least one pixel"),

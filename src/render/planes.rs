@@ -15,7 +15,7 @@ use super::spans::{self, SpanRenderer};
 use super::surface;
 use crate::cache::Lent;
 use crate::frame::stage::{
-    Band, Cell, Depths, EdgeSums, Painter, Painting, PlaneAir, PlaneSource, RowFill, Scale,
+    Band, Cell, Depths, EdgeSums, Painter, Painting, PlaneAir, PlaneSource, RowDetail, RowFill, Scale,
 };
 use crate::frame::{Frame, Picture};
 use crate::pixels::Pixels;
@@ -316,7 +316,7 @@ fn see(
     let (strides, above_ground) = strides(renderer, view)?;
     let bare_until = level_bands(header, view.camera, &renderer.options).bare_until();
     let strides = strides.with_bare_ground(bare_until);
-    let angle = view.camera.pixel_angle();
+    let pixel_angle = view.camera.pixel_angle();
     let row_table = view.shape.row_table();
     let per_task = (farm.task_size_or(SUITABLE).lines as usize / LANES).max(1);
     let bend = renderer.options.curvature.inverse_diameter;
@@ -354,8 +354,10 @@ fn see(
                  profile: &Profile| {
         let GroupLook { index, kept, cells, depths, bare_until } = look;
         let squares = view.shape.squares(*index);
-        let angle = view.shape.plane_angle(*index, angle);
+        let angle = view.shape.plane_angle(*index, pixel_angle);
         air.face(group);
+        let spacing = header.grid.spacing;
+        let detail = RowDetail::new(group, view.eye, pixel_angle, spacing, renderer.options.detail_synthesis);
         let mut depths = depths.of(kept.filled.clone());
         let rows = RowFill {
             row_table: &row_table,
@@ -363,9 +365,10 @@ fn see(
             cells: &mut cells[kept.filled.clone()],
             scale,
             inverse: &mut *depths.inverse,
+            detail,
         };
 
-        let lights = Painting { painter, group, angle };
+        let lights = Painting { painter, group, angle, has_detail: detail.is_some() };
         rows.fill(renderer.isa, profile, lights, PlaneAir { air, squares: &squares }, sums)?;
         let missing = painter.sampler.take_missing();
         if missing.is_empty() {

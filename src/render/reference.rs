@@ -8,7 +8,7 @@ use super::account::{Account, Rays, Rendered, StageTimes};
 use super::limits::{far_limit, level_bands};
 use super::options::RenderOptions;
 use crate::frame::Frame;
-use crate::raymarch::{Contact, Marcher, SurfaceFilter, SurfaceSample, march_column};
+use crate::raymarch::{Contact, Marcher, Surface, SurfaceFilter, SurfaceSample, march_column};
 use crate::space::Camera;
 use crate::subimage::{Farm, Subimage};
 use crate::sunlight::Shades;
@@ -80,7 +80,9 @@ fn render_subimage(
     let started = Instant::now();
     let header = source.header();
     let mut marcher = marcher(source, camera, options);
-    let mut filter = SurfaceFilter::new(source, camera.footprint()).shaded(shades);
+    // Blocks are voxels as they are.
+    let synthesis = if options.surface == Surface::Blocks { 0.0 } else { options.detail_synthesis };
+    let mut filter = SurfaceFilter::new(source, camera.footprint()).shaded(shades).detailed(synthesis);
     if options.tile_world {
         filter = filter.endless();
     }

@@ -42,6 +42,16 @@ impl VisualSensor {
         dry + (wet - dry) * self.cover.wet as f32
     }
 
+    /// Reflectances of sixteen posts that would have `dry` ones, as [`Self::wetted`] has them.
+    #[inline(always)]
+    pub fn wetted_posts<V: Simd>(&self, simd: V, dry: V::F) -> V::F {
+        if self.cover.wet == 0.0 {
+            return dry;
+        }
+        let wet = dry / ((simd.splat(1.0) - dry) * simd.splat(WATER) + dry);
+        dry + (wet - dry) * simd.splat(self.cover.wet as f32)
+    }
+
     /// Whether there is snow on it.
     pub fn has_snow(&self) -> bool {
         self.cover.snow > 0.0

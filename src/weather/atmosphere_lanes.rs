@@ -192,6 +192,26 @@ impl AtmosphereLanes {
         seen
     }
 
+    /// Share that ground has in light that is `seen` of it through the air, 0…1: of green, which is near the mean of all.
+    #[inline(always)]
+    pub fn ground_share<V: Simd, const FOG_OR_GLOW: bool>(
+        &self,
+        simd: V,
+        seen: [V::F; 3],
+        range: V::F,
+        rise: V::F,
+    ) -> V::F {
+        const GREEN: usize = 1;
+        let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
+        let air = if FOG_OR_GLOW {
+            self.haze::<V, true>(simd, [zero; 3], range, rise)[GREEN]
+        } else {
+            (one - self.through(simd, range, rise)) * simd.splat(HAZE_COLOUR.y)
+        };
+        let light = seen[GREEN].max(simd.splat(f32::MIN_POSITIVE));
+        (one - air * light.recip()).max(zero).min(one)
+    }
+
     /// The sky's radiance in a direction of which `up` is the sine of the elevation.
     #[inline(always)]
     pub fn sky<V: Simd, const FOG_OR_GLOW: bool>(&self, simd: V, up: V::F) -> [V::F; 3] {

@@ -46,13 +46,18 @@ impl Cells {
 
     /// Means over the squares of `side` × `side` cells that begin at each cell.
     pub fn averaged(&self, side: usize) -> Self {
-        let along = |cells: &Self, step: [i64; 2]| {
-            let sum = |column, row| {
-                (0..side as i64).map(|k| cells.at(column + step[0] * k, row + step[1] * k)).sum::<f64>()
-            };
-            Self::of(|column, row| sum(column, row) / side as f64)
+        // Rows averaged along themselves and turned over, twice.
+        let along = |cells: &Self| {
+            let mut turned = vec![0.0; SIDE * SIDE];
+            for (row, values) in cells.values.chunks_exact(SIDE).enumerate() {
+                let again = values.repeat(1 + side.div_ceil(SIDE));
+                for (column, window) in again.windows(side).take(SIDE).enumerate() {
+                    turned[column * SIDE + row] = window.iter().sum::<f64>() / side as f64;
+                }
+            }
+            Self { values: turned }
         };
-        along(&along(self, [1, 0]), [0, 1])
+        along(&along(self))
     }
 
     /// Values of both, joined cell by cell.

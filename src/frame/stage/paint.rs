@@ -2,10 +2,10 @@
 
 use glam::DVec3;
 
-use super::rows::{CHUNK, ChunkLights, PlaneAir, PlaneLight, SegmentLights};
+use super::rows::{CHUNK, ChunkLights, DEVIATION, INVERSE, PlaneAir, PlaneLight, SegmentLights};
 use crate::raymarch::scan::{PlaneGroup, SampleLine, VisibleSegment};
 use crate::sensor::radiance::{Crossings, ImageLine, LineSampler, PlanesAbove, TexelPlace};
-use crate::simd::{Floats, Simd};
+use crate::simd::{Floats, Simd, Sixteen};
 use crate::voxel::Grid;
 use crate::weather::AtmosphereLanes;
 use hedgehop_base::error::Result;
@@ -30,6 +30,8 @@ pub struct Painting<'f, 'a> {
     pub group: &'f PlaneGroup,
     /// Angle between neighbouring planes, seen along the ground, radians.
     pub angle: f64,
+    /// Whether amplitudes of detail below the voxel are asked for.
+    pub has_detail: bool,
 }
 
 impl<'s, 'a> SegmentLights for Painting<'s, 'a> {
@@ -40,7 +42,7 @@ impl<'s, 'a> SegmentLights for Painting<'s, 'a> {
         segments: &[VisibleSegment],
         plane_air: PlaneAir<'f>,
     ) -> Result<impl ChunkLights> {
-        let Self { painter, group, angle } = self;
+        let Self { painter, group, angle, has_detail } = self;
         let planes = PlanesAbove {
             major: group.major,
             forward: group.forward > 0.0,
@@ -58,6 +60,7 @@ impl<'s, 'a> SegmentLights for Painting<'s, 'a> {
             forward: group.forward as i64,
             crossings: painter.sampler.under(simd, &planes),
             places: [TexelPlace::default(); CHUNK],
+            has_detail,
         };
         painted.seek(segments)?;
         Ok(painted)
@@ -76,6 +79,7 @@ struct Painted<'f, 's, 'a, V: Simd, const FOG_OR_GLOW: bool> {
     crossings: Crossings<'s, 'a, V>,
     /// Texels of the segments that come next, which are on their way.
     places: [TexelPlace; CHUNK],
+    has_detail: bool,
 }
 
 impl<V: Simd, const FOG_OR_GLOW: bool> ChunkLights for Painted<'_, '_, '_, V, FOG_OR_GLOW> {
@@ -85,8 +89,9 @@ impl<V: Simd, const FOG_OR_GLOW: bool> ChunkLights for Painted<'_, '_, '_, V, FO
         chunk: &[VisibleSegment],
         later: &[VisibleSegment],
         lights: &mut [PlaneLight],
-    ) -> Result<()> {
+    ) -> Result<bool> {
         let (simd, air) = (self.simd, self.air);
+        let mut has_detail = false;
         for (index, (segment, light)) in chunk.iter().zip(lights).enumerate() {
             let place = self.places[index];
             let (slope, inverse) = (simd.load(&segment.slope.0), simd.load(&segment.inverse.0));
@@ -100,8 +105,16 @@ impl<V: Simd, const FOG_OR_GLOW: bool> ChunkLights for Painted<'_, '_, '_, V, FO
             let square = slope.mul_add(slope, self.squares);
             let slant = square.sqrt_rough();
             let seen = air.haze::<V, FOG_OR_GLOW>(simd, colour, slant * depth, slope * depth);
-            for (channel, light) in light.iter_mut().enumerate() {
-                seen[channel].store(&mut light.0);
+            for (channel, seen) in seen.into_iter().enumerate() {
+                seen.store(&mut light[channel].0);
+            }
+
+            light[DEVIATION] = Sixteen::default();
+            light[INVERSE] = segment.inverse;
+            if self.has_detail && self.crossings.has_detail(&place) {
+                let share = air.ground_share::<V, FOG_OR_GLOW>(simd, seen, slant * depth, slope * depth);
+                (self.deviation(segment, &place, inverse) * share).store(&mut light[DEVIATION].0);
+                has_detail = true;
             }
 
             // One after the other: a processor has only so many reads on their way.
@@ -110,7 +123,7 @@ impl<V: Simd, const FOG_OR_GLOW: bool> ChunkLights for Painted<'_, '_, '_, V, FO
             }
         }
 
-        Ok(())
+        Ok(has_detail)
     }
 }
 
@@ -140,6 +153,24 @@ impl<V: Simd, const FOG_OR_GLOW: bool> Painted<'_, '_, '_, V, FOG_OR_GLOW> {
             *colour = (*colour - before).mul_add(share, before);
         }
         Ok(colour)
+    }
+
+    /// Relative deviation of a segment's radiance below the voxel.
+    #[inline(always)]
+    fn deviation(&self, segment: &VisibleSegment, place: &TexelPlace, inverse: V::F) -> V::F {
+        let simd = self.simd;
+        if segment.line.share == 1.0 {
+            return self.crossings.deviation_at(place, simd.splat(segment.line.distance));
+        }
+        let (at, share) = between_lines(simd, &segment.line, (inverse * self.depth).recip());
+        let here = self.crossings.deviation_at(place, at);
+        match self.crossings.beside(place, &image_line(&segment.line), -self.forward) {
+            Some(before) => {
+                let before = self.crossings.deviation_at(&before, at);
+                (here - before).mul_add(share, before)
+            }
+            None => here,
+        }
     }
 }
 

@@ -11,6 +11,8 @@
 //! what is left above → sky
 //! ```
 //!
+//! Near the eye a row's light is multiplied by what lies below the voxel, of an amplitude that is summed up as light is.
+//!
 //! A chunk's light, and the sums of rows that are not yet closed, are few: they stay in the nearest cache.
 //!
 //! Rows are boxes, not points: a ridge that covers a third of a row gives it a third of its light, and what is narrower
@@ -23,6 +25,7 @@
 use std::ops::Range;
 
 use super::cell::{Cell, Scale};
+use super::row_detail::{DetailedRow, RowDetail};
 use super::sky::SkyRows;
 use crate::raymarch::scan::{NO_SLOPE, Profile, RowTable, VisibleSegment};
 use crate::simd::{Each, Floats, Ints, Isa, Kernel, LANES, Mask, Simd, Sixteen};
@@ -35,8 +38,19 @@ const LEAST_RISE: f32 = 1.0e-20;
 /// Segments of a chunk.
 pub const CHUNK: usize = LANES;
 
-/// Linear light of sixteen planes.
-pub type PlaneLight = [Sixteen; 3];
+/// Light that a segment sends to sixteen planes: linear light by channel, in [`DEVIATION`] its relative deviation below the voxel, and in [`INVERSE`] the
+/// inverse depth that this needs, 1/metres.
+pub type PlaneLight = [Sixteen; CHANNELS];
+
+/// Places of the deviation and of the inverse depth behind the channels of light.
+pub const DEVIATION: usize = 3;
+pub const INVERSE: usize = 4;
+
+/// Channels of light with detail.
+pub const CHANNELS: usize = 5;
+
+/// Least deviation of a row that is looked after.
+const LEAST_DEVIATION: f32 = 1.0e-3;
 
 /// Air that planes look through.
 #[derive(Clone, Copy)]
@@ -63,7 +77,8 @@ pub trait SegmentLights {
 
 /// Finds the light of one chunk of segments after the other.
 pub trait ChunkLights {
-    /// Puts that of the next `chunk` into `lights`, which are as many; `later` are the segments behind it.
+    /// Puts that of the next `chunk` into `lights`, which are as many; `later` are the segments behind it. Returns whether any has detail below the
+    /// voxel.
     ///
     /// # Errors
     /// A page that is damaged.
@@ -72,7 +87,7 @@ pub trait ChunkLights {
         chunk: &[VisibleSegment],
         later: &[VisibleSegment],
         lights: &mut [PlaneLight],
-    ) -> Result<()>;
+    ) -> Result<bool>;
 }
 
 /// Rows to fill, from the lowest.
@@ -87,6 +102,8 @@ pub struct RowFill<'r> {
     pub scale: Scale,
     /// Inverse depth in the rows' middles, 1/metres, 0 for the sky; empty if nobody asks.
     pub inverse: &'r mut [Sixteen],
+    /// Detail below the voxel; `None`: there is none.
+    pub detail: Option<RowDetail>,
 }
 
 /// Memory for light of the row below each edge, times its height, used again for every group.
@@ -139,11 +156,13 @@ impl<L: SegmentLights, const FOG_OR_GLOW: bool> Kernel for RowFilling<'_, '_, L,
         let mut covering = Covering {
             simd,
             covered: simd.splat(edges[0]),
-            light: [simd.splat(0.0); 3],
+            light: [simd.splat(0.0); CHANNELS],
+            squares: simd.load(plane_air.squares),
             edges,
             sums,
             rows,
             closed: 0,
+            has_detail: false,
         };
         let segments = profile.segments();
         let mut source = source.begin::<V, FOG_OR_GLOW>(simd, segments, plane_air)?;
@@ -152,11 +171,15 @@ impl<L: SegmentLights, const FOG_OR_GLOW: bool> Kernel for RowFilling<'_, '_, L,
         for first in (0..segments.len()).step_by(CHUNK) {
             let (chunk, later) = segments[first..].split_at(CHUNK.min(segments.len() - first));
             lights[0] = lights[CHUNK];
-            source.next(chunk, later, &mut lights[1..=chunk.len()])?;
-            covering.take(
-                &segments[first.saturating_sub(1)..first + chunk.len()],
-                &lights[usize::from(first == 0)..],
-            );
+            let is_detailed = source.next(chunk, later, &mut lights[1..=chunk.len()])?;
+            let taken = &segments[first.saturating_sub(1)..first + chunk.len()];
+            let lights = &lights[usize::from(first == 0)..];
+            covering.has_detail |= is_detailed;
+            if is_detailed {
+                covering.take::<true>(taken, lights);
+            } else {
+                covering.take::<false>(taken, lights);
+            }
             covering.close_rows();
         }
 
@@ -218,10 +241,14 @@ struct Covering<'r, V: Simd> {
     rows: RowFill<'r>,
     /// Edges of these rows.
     edges: &'r [f32],
+    /// 1 + a² of each plane.
+    squares: V::F,
     sums: &'r mut [PlaneLight],
     /// Tangent up to which each plane is covered, and light from the edge below up to there: light times tangent.
     covered: V::F,
-    light: [V::F; 3],
+    light: [V::F; CHANNELS],
+    /// Some segment so far has detail below the voxel.
+    has_detail: bool,
     /// Rows, from the lowest, that are finished.
     closed: usize,
 }
@@ -229,7 +256,7 @@ struct Covering<'r, V: Simd> {
 impl<V: Simd> Covering<'_, V> {
     /// Takes in the stretches between neighbours of some segments, and their lights.
     #[inline(always)]
-    fn take(&mut self, segments: &[VisibleSegment], lights: &[PlaneLight]) {
+    fn take<const DETAIL: bool>(&mut self, segments: &[VisibleSegment], lights: &[PlaneLight]) {
         let simd = self.simd;
         // Where loops end is known long before they are run: they need not wait for each other.
         let stretches = Stretches::find(simd, self, segments);
@@ -245,14 +272,15 @@ impl<V: Simd> Covering<'_, V> {
                 lights,
             };
             let edges = self.rows.row_table.between(stretches.cells[0][index], stretches.cells[1][index]);
-            self.cover(&stretch, self.rows.own(edges));
+            self.cover::<DETAIL>(&stretch, self.rows.own(edges));
         }
     }
 
     /// Takes in a stretch, which covers no other edges than those of `span`.
     #[inline(always)]
-    fn cover(&mut self, stretch: &RowStretch<'_, V>, span: Range<usize>) {
+    fn cover<const DETAIL: bool>(&mut self, stretch: &RowStretch<'_, V>, span: Range<usize>) {
         let simd = self.simd;
+        let channels = if DETAIL { CHANNELS } else { DEVIATION };
         let [low, high] = stretch.slopes;
         let rises = self.covered.lt(high);
         let per_rise = (high - low).max(simd.splat(LEAST_RISE)).recip();
@@ -263,7 +291,7 @@ impl<V: Simd> Covering<'_, V> {
         // Half the change of light per unit of tangent: the far end is where walls, which begin at no finite tangent, have theirs.
         let half_per_rise = per_rise * simd.splat(0.5);
         let (mut tops, mut half_changes) = (self.light, self.light);
-        for channel in 0..3 {
+        for channel in 0..channels {
             tops[channel] = simd.load(&stretch.lights[1][channel].0);
             let change = tops[channel] - simd.load(&stretch.lights[0][channel].0);
             half_changes[channel] = change * half_per_rise;
@@ -280,16 +308,23 @@ impl<V: Simd> Covering<'_, V> {
             let edge = simd.splat(*edge);
             let passed = edge.le(passable) & from.lt(edge);
             let (rise, middle) = (edge - from, edge + from - twice_top);
-            for channel in 0..3 {
+            for channel in 0..channels {
                 let mean = half_changes[channel].mul_add(middle, tops[channel]);
                 mean.mul_add(rise, self.light[channel]).store_masked(passed, &mut sums[channel].0);
                 self.light[channel] = zero.select(passed, self.light[channel]);
+            }
+            // Above what has detail, rows have none.
+            if !DETAIL && self.has_detail {
+                for channel in DEVIATION..CHANNELS {
+                    self.light[channel].store_masked(passed, &mut sums[channel].0);
+                    self.light[channel] = zero.select(passed, self.light[channel]);
+                }
             }
             from = edge.select(passed, from);
         }
 
         let (rise, middle) = (high - from, high + from - twice_top);
-        for channel in 0..3 {
+        for channel in 0..channels {
             let mean = half_changes[channel].mul_add(middle, tops[channel]);
             let light = mean.mul_add(rise, self.light[channel]);
             self.light[channel] = light.select(rises, self.light[channel]);
@@ -325,19 +360,44 @@ impl<V: Simd> Covering<'_, V> {
         }
     }
 
-    /// Takes light from edges to rows that all planes cover.
+    /// Takes light from edges to rows that all planes cover: with detail, which needs the row above, too, one later.
     #[inline(always)]
     fn close_rows(&mut self) {
         let least = self.covered.least();
-        let rows = &mut self.rows;
-        let per_row = &rows.row_table.per_row[rows.first..];
-        while let Some(cell) = rows.cells.get_mut(self.closed)
-            && let Some(sum) = self.sums.get(self.closed + 1)
-            && self.edges[self.closed + 1] <= least
+        let per_rows = &self.rows.row_table.per_row[self.rows.first..];
+        let later = usize::from(self.has_detail);
+        while self.closed < self.rows.cells.len()
+            && self.edges.get(self.closed + 1 + later).is_some_and(|&edge| edge <= least)
         {
-            let light = mean(self.simd, sum, per_row[self.closed]);
-            rows.scale.encode(self.simd, light, cell);
+            let (row, per_row) = (self.closed, per_rows[self.closed]);
+            let mut light = mean(self.simd, &self.sums[row + 1], per_row);
+            if self.has_detail {
+                self.add_detail(row, per_rows, &mut light);
+            }
+            self.rows.scale.encode(self.simd, light, &mut self.rows.cells[row]);
             self.closed += 1;
+        }
+    }
+
+    /// Multiplies the light of a row by what lies below the voxel. The row above tells how far the surface goes on from edge to edge.
+    #[inline(always)]
+    fn add_detail(&self, row: usize, per_rows: &[f32], light: &mut [V::F; 3]) {
+        let simd = self.simd;
+        let Some(detail) = &self.rows.detail else { return };
+        let [sum, above] = [&self.sums[row + 1], &self.sums[row + 2]];
+        let per_row = simd.splat(per_rows[row]);
+        let deviation = simd.load(&sum[DEVIATION].0) * per_row;
+        if deviation.greatest() < LEAST_DEVIATION {
+            return;
+        }
+
+        let tangent = self.rows.row_table.centres[self.rows.first + row];
+        let inverse = simd.load(&sum[INVERSE].0) * per_row;
+        let change = simd.load(&above[INVERSE].0) * simd.splat(per_rows[row + 1]) - inverse;
+        let slant = (self.squares + simd.splat(tangent * tangent)).sqrt();
+        let factor = detail.factor(simd, &DetailedRow { inverse, change, slant, deviation });
+        for light in light {
+            *light = *light * factor;
         }
     }
 
@@ -345,6 +405,9 @@ impl<V: Simd> Covering<'_, V> {
     #[inline(always)]
     fn finish<const FOG_OR_GLOW: bool>(mut self, plane_air: PlaneAir<'_>) {
         let simd = self.simd;
+        self.close_rows();
+        // The last row has nothing whole above it.
+        self.has_detail = false;
         self.close_rows();
         let open = self.closed + 1;
         // Above this edge there is nothing but sky.

@@ -5,8 +5,8 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 
 use super::cell::{Cell, Scale};
-use super::rows::{ChunkLights, PlaneLight, SegmentLights};
-use super::{EdgeSums, PlaneAir, RowFill};
+use super::rows::{CHANNELS, ChunkLights, PlaneLight, SegmentLights};
+use super::{EdgeSums, PlaneAir, RowDetail, RowFill};
 use crate::raymarch::scan::{NO_SLOPE, Post, Profile, RowCoordinate, RowTable, SampleLine, VisibleSegment};
 use crate::simd::{Floats, Ints, Isa, Kernel, LANES, Simd, Sixteen};
 use crate::weather::{Atmosphere, AtmosphereLanes};
@@ -54,13 +54,19 @@ impl ChunkLights for Given<'_> {
         chunk: &[VisibleSegment],
         later: &[VisibleSegment],
         lights: &mut [PlaneLight],
-    ) -> Result<()> {
+    ) -> Result<bool> {
         let (here, rest) = self.0.split_at(chunk.len());
         assert_eq!(rest.len(), later.len());
         lights.copy_from_slice(here);
         self.0 = rest;
-        Ok(())
+        // Chunks of either kind alternate.
+        Ok(rest.len() / chunk.len().max(1) % 2 == 0)
     }
+}
+
+/// Light without detail.
+fn lit([red, green, blue]: [[f32; LANES]; 3]) -> PlaneLight {
+    [Sixteen(red), Sixteen(green), Sixteen(blue), Sixteen::default(), Sixteen([0.01; LANES])]
 }
 
 /// A table of any rows; nobody asks for their coordinate.
@@ -93,6 +99,7 @@ fn fill(
     profile: &Profile,
     lights: &[PlaneLight],
     inverse: &mut [Sixteen],
+    detail: Option<RowDetail>,
 ) -> Vec<Cell> {
     // The plane image has other rows above and below.
     let below = (1..=BELOW).rev().map(|row| edges[0] - 0.02 * row as f32);
@@ -102,9 +109,17 @@ fn fill(
     let row_table = row_table(all, centres);
     let mut cells = vec![Cell::default(); ROWS];
     let air = AtmosphereLanes::new(&Atmosphere::new(20_000.0, 0.0), 100.0, 500.0);
-    let rows = RowFill { row_table: &row_table, first: BELOW, cells: &mut cells, scale: Scale::ALL, inverse };
+    let rows = RowFill {
+        row_table: &row_table,
+        first: BELOW,
+        cells: &mut cells,
+        scale: Scale::ALL,
+        inverse,
+        detail,
+    };
     // What was in the memory before must not matter.
-    let mut sums: EdgeSums = vec![[Sixteen([f32::NAN; LANES]); 3]; 2 * ROWS];
+    let unknown = Sixteen([f32::NAN; LANES]);
+    let mut sums: EdgeSums = vec![[unknown; CHANNELS]; 2 * ROWS];
     let plane_air = PlaneAir { air: &air, squares: &[1.0; LANES] };
     rows.fill(isa, profile, Given(lights), plane_air, &mut sums).unwrap();
     cells
@@ -220,16 +235,16 @@ proptest! {
         let mut edges = vec![-0.6_f32];
         heights.iter().for_each(|height| edges.push(edges[edges.len() - 1] + height));
         let posts = posts(&steps, steepness);
-        let lights: Vec<PlaneLight> = steps.iter().map(|(_, light, _)| light.map(Sixteen)).collect();
+        let lights: Vec<PlaneLight> = steps.iter().map(|(_, light, _)| lit(*light)).collect();
 
         for isa in Isa::available() {
             let mut profile = Profile::default();
             isa.run(Posts(&posts, &mut profile));
             prop_assert_eq!(profile.segments().len(), posts.len());
-            let sky = fill(isa, &edges, &Profile::default(), &[], &mut []);
+            let sky = fill(isa, &edges, &Profile::default(), &[], &mut [], None);
             let mut inverse = vec![Sixteen([f32::NAN; LANES]); ROWS];
-            let cells = fill(isa, &edges, &profile, &lights, &mut inverse);
-            let again = fill(isa, &edges, &profile, &lights, &mut []);
+            let cells = fill(isa, &edges, &profile, &lights, &mut inverse, None);
+            let again = fill(isa, &edges, &profile, &lights, &mut [], None);
             let same = cells.iter().zip(&again).all(|(a, b)| a == b);
             prop_assert!(same, "depth changes light");
 

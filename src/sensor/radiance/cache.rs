@@ -141,7 +141,8 @@ impl Radiance {
         let bake = || {
             let shade = self.shade(source, id)?;
             let lamp = PageLight::new(&self.sensor).with_shade(shade.as_deref());
-            let page = RadiancePage::bake(source, id, PostPart::ALL, &lamp, &Facing::down(0), Isa::best())?;
+            let page =
+                RadiancePage::bake(source, id, PostPart::ALL, &lamp, &Facing::down(0), None, Isa::best())?;
             Ok(page.map(|page| Image::Page(Arc::new(page))))
         };
         match self.image(source, id, Key::Page(id), bake)? {

@@ -11,12 +11,13 @@
 //! whichever axis the planes run along.
 
 use super::facing::Facing;
-use super::page::{Baking, ImageFinish, encode};
+use super::page::{Baking, ImageFinish, LitPosts, encode};
 use super::posts::PageLight;
 use super::window::{Window, WindowRow};
+use crate::detail::{DETAIL_RING, DetailPosts};
 use crate::sensor::radiance::part::{PostPart, RING};
 use crate::simd::{Each, Floats, Isa, LANES, Simd, turned};
-use crate::voxel::{PageId, PageSource};
+use crate::voxel::{BARE, PageId, PageSource};
 use hedgehop_base::error::Result;
 
 /// Filter that turns posts of a page into lines along the planes.
@@ -30,11 +31,28 @@ pub struct LineFilter {
     pub span: u8,
 }
 
+impl LineFilter {
+    /// Whether lines of a level show detail below its voxels: from so near that texels are no wider than posts of the finest.
+    pub fn has_detail(&self, level: u8) -> bool {
+        matches!(level, 0 | BARE) && self.shift == 0 && usize::from(self.span) <= 2 * DETAIL_RING
+    }
+
+    /// Whether texels are posts of the finest level themselves.
+    pub fn shows_posts(&self, level: u8) -> bool {
+        matches!(level, 0 | BARE) && self.shift == 0 && self.span == 1
+    }
+}
+
+/// Steps of relative deviation per one.
+pub const DEVIATION_UNITS: f32 = 65535.0;
+
 /// Lines of a part of a page.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LineImage {
     /// Texels as of a page, `[line][texel]`; a texel more on either side of all that lie across the part.
     pub texels: Vec<u32>,
+    /// Relative deviations of light below the voxel in [`DEVIATION_UNITS`], `[line][texel]` as texels; empty if lines have no detail.
+    pub deviations: Vec<u16>,
     /// Texels from one line to the next: those of the part and two.
     pub row: usize,
 }
@@ -54,15 +72,16 @@ impl LineImage {
         scratch: &mut FilterScratch,
         isa: Isa,
     ) -> Result<Option<Self>> {
-        let FilterScratch { window, sums, image } = scratch;
+        let FilterScratch { window, detail, sums, image } = scratch;
+        let detail = filter.has_detail(id.level).then_some(detail);
         let finish = LineFiltering { filter, sums, image };
-        isa.run(Baking { source, id, part, lamp, facing: &filter.facing, window, finish })
+        isa.run(Baking { source, id, part, lamp, facing: &filter.facing, window, detail, finish })
     }
 
     /// A line without light.
     pub fn dark() -> Self {
         let row = 2 * LANES;
-        Self { texels: vec![0; row], row }
+        Self { texels: vec![0; row], deviations: Vec::new(), row }
     }
 
     /// Returns the begin of line `index`, of the last one if it is beyond.
@@ -71,9 +90,9 @@ impl LineImage {
         index.saturating_mul(self.row).min(self.texels.len() - self.row)
     }
 
-    /// Bytes of the texels.
+    /// Bytes of texels and deviations.
     pub fn bytes(&self) -> usize {
-        size_of_val(self.texels.as_slice())
+        size_of_val(self.texels.as_slice()) + size_of_val(self.deviations.as_slice())
     }
 }
 
@@ -82,6 +101,7 @@ impl LineImage {
 #[derive(Debug, Default)]
 pub struct FilterScratch {
     window: Window,
+    detail: DetailPosts,
     sums: Sums,
     image: Vec<u32>,
 }
@@ -96,7 +116,8 @@ impl ImageFinish for LineFiltering<'_> {
     type Image = LineImage;
 
     #[inline(always)]
-    fn image<V: Simd>(self, simd: V, window: &Window, size: [usize; 2]) -> LineImage {
+    fn image<V: Simd>(self, simd: V, posts: LitPosts<'_>) -> LineImage {
+        let LitPosts { window, detail, size } = posts;
         let Self { filter, sums, image } = self;
         let (major, wide) = (usize::from(filter.facing.major), 1 << filter.shift);
         let lines = Shares::of_lines(usize::from(filter.span), size[major]);
@@ -123,10 +144,26 @@ impl ImageFinish for LineFiltering<'_> {
             }
         }
 
-        LineImage {
-            texels: if major == 0 { turned(image, columns.count, 0..columns.count) } else { image.clone() },
-            row,
+        let turned_if_columns = |image: &[u32]| {
+            if major == 0 { turned(image, columns.count, 0..columns.count) } else { image.to_vec() }
+        };
+        let texels = turned_if_columns(image);
+        let mut deviations = Vec::new();
+        if let Some(detail) = detail {
+            // Of the post in the middle of a line, and of a texel.
+            let middle = |shares: &Shares, index: usize| {
+                shares.first + shares.step / 2 + index * shares.step + DETAIL_RING - RING
+            };
+            for (index, target) in image.chunks_exact_mut(columns.count).enumerate() {
+                let found = detail.deviations([middle(columns, 0), middle(rows, index)]);
+                for (target, &deviation) in target.iter_mut().zip(found.iter().step_by(columns.step)) {
+                    *target = (deviation * DEVIATION_UNITS + 0.5) as u32;
+                }
+            }
+            deviations.extend(turned_if_columns(image).into_iter().map(|deviation| deviation as u16));
         }
+
+        LineImage { texels, deviations, row }
     }
 }
 

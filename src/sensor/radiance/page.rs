@@ -3,6 +3,7 @@
 use super::facing::Facing;
 use super::posts::{PageLight, Posts};
 use super::window::Window;
+use crate::detail::{DetailPosts, DetailSource};
 use crate::pixels::{CODE_LIMIT, ROOT_OF_BRIGHTEST};
 use crate::sensor::radiance::part::{PostPart, RING};
 use crate::simd::{Each, Floats, Ints, Isa, Kernel, LANES, Simd};
@@ -20,7 +21,7 @@ pub struct RadiancePage {
 
 impl RadiancePage {
     /// Computes the radiance of the posts of a part of a page under a lamp, on coarse levels of the part that `facing` shows of them;
-    /// `None` where the page is absent. Every instruction set gives the same bits, and parts those of the whole.
+    /// `None` where the page is absent. With memory for `detail` the colours of posts keep the means of voxels. Every instruction set gives the same bits, and parts those of the whole.
     ///
     /// # Errors
     /// A page that is damaged.
@@ -30,9 +31,11 @@ impl RadiancePage {
         part: PostPart,
         lamp: &PageLight<'_>,
         facing: &Facing,
+        detail: Option<&mut DetailPosts>,
         isa: Isa,
     ) -> Result<Option<Self>> {
-        isa.run(Baking { source, id, part, lamp, facing, window: &mut Window::default(), finish: Encoding })
+        let window = &mut Window::default();
+        isa.run(Baking { source, id, part, lamp, facing, window, detail, finish: Encoding })
     }
 
     /// Texel of a post; the apron has negative indices.
@@ -56,15 +59,26 @@ pub struct Baking<'a, M> {
     pub facing: &'a Facing,
     /// Window in which posts are lit.
     pub window: &'a mut Window,
+    /// Memory for detail of the posts; `None`: they have none.
+    pub detail: Option<&'a mut DetailPosts>,
     /// Last step, which makes the image.
     pub finish: M,
+}
+
+/// Posts of a part of a page that are lit.
+#[derive(Clone, Copy)]
+pub struct LitPosts<'w> {
+    pub window: &'w Window,
+    pub detail: Option<&'w DetailPosts>,
+    /// Posts of the part, eastward and northward.
+    pub size: [usize; 2],
 }
 
 /// Makes an image of posts.
 pub trait ImageFinish {
     type Image;
-    /// Makes the image of posts of a part of `size`, eastward and northward, and [`RING`] around it. Implementations are `#[inline(always)]`.
-    fn image<V: Simd>(self, simd: V, window: &Window, size: [usize; 2]) -> Self::Image;
+    /// Makes the image of posts of a part, and [`RING`] around it. Implementations are `#[inline(always)]`.
+    fn image<V: Simd>(self, simd: V, posts: LitPosts<'_>) -> Self::Image;
 }
 
 impl<M: ImageFinish> Kernel for Baking<'_, M> {
@@ -73,12 +87,17 @@ impl<M: ImageFinish> Kernel for Baking<'_, M> {
 
     #[inline(always)]
     fn run<V: Simd>(self, simd: V) -> Self::Output {
-        let Self { source, id, part, lamp, facing, window, finish } = self;
+        let Self { source, id, part, lamp, facing, window, detail, finish } = self;
         let Some(view) = source.page(id)? else { return Ok(None) };
         let part = part.within(view.width, view.height);
-        let posts = Posts::new(lamp, source.header(), id, view, part, facing);
+        let detail = detail.map(|detail| {
+            detail.look(simd, DetailSource { view, first: part.first, size: part.size });
+            &*detail
+        });
+        let mut posts = Posts::new(lamp, source.header(), id, view, part, facing);
+        posts.detail = detail;
         window.light(simd, &posts);
-        Ok(Some(finish.image(simd, window, part.size.each(|side| side as usize))))
+        Ok(Some(finish.image(simd, LitPosts { window, detail, size: part.size.each(|side| side as usize) })))
     }
 }
 
@@ -89,7 +108,8 @@ impl ImageFinish for Encoding {
     type Image = RadiancePage;
 
     #[inline(always)]
-    fn image<V: Simd>(self, simd: V, window: &Window, size: [usize; 2]) -> RadiancePage {
+    fn image<V: Simd>(self, simd: V, posts: LitPosts<'_>) -> RadiancePage {
+        let LitPosts { window, size, .. } = posts;
         let [width, rows] = size.each(|side| side + 2 * RING);
         let mut texels = vec![0; width * rows];
         for (row, texels) in texels.chunks_exact_mut(width).enumerate() {

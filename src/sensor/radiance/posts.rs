@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::facing::{Facing, VOID_WEIGHT};
+use crate::detail::{DETAIL_MARGIN, DetailPosts};
 use crate::sensor::VisualSensor;
 use crate::sensor::radiance::part::{LIT, PostPart};
 use crate::simd::{Each, Floats, Ints, LANES, Mask, Simd};
@@ -42,6 +43,9 @@ impl<'s> PageLight<'s> {
 // Shares of the sun are there for all posts that are lit.
 const _: () = assert!(SHADE_APRON as usize == LIT);
 
+// And so are colours that keep means.
+const _: () = assert!(DETAIL_MARGIN == LIT);
+
 /// Rows to write to, from the first lit post on; some lanes behind the last one are written too.
 pub struct PostRows<'t> {
     /// Red, green and blue.
@@ -57,6 +61,8 @@ pub struct Posts<'a> {
     linear: [f32; 256],
     view: PageView<'a>,
     facing: Facing,
+    /// Detail of the part's posts, whose colours keep means.
+    pub detail: Option<&'a DetailPosts>,
     /// Slope of half a step of height from post to post.
     half_step: f32,
     /// First posts (eastward, northward) in the area, counted from the page's first with [`LIT`] around it, and those behind its
@@ -103,7 +109,7 @@ impl<'a> Posts<'a> {
         });
         let linear = std::array::from_fn(|code| lamp.sensor.wetted(linear_from_srgb8([code as u8; 3])[0]));
 
-        Self { lamp: *lamp, linear, view, facing: *facing, half_step, inside, part, lit, edges }
+        Self { lamp: *lamp, linear, view, facing: *facing, detail: None, half_step, inside, part, lit, edges }
     }
 
     /// Writes what the lit posts of row `y` send, seen as `facing` says, with [`VOID`] where they have no surface. Whether there are such.
@@ -169,9 +175,20 @@ impl<'a> Posts<'a> {
         simd.load(&shares) * simd.splat(1.0 / 255.0)
     }
 
-    /// Linear colours of sixteen posts.
+    /// Linear colours of sixteen posts, as wet as they are.
     #[inline(always)]
     fn linear<V: Simd>(&self, simd: V, at: [usize; 2]) -> [V::F; 3] {
+        if let Some(detail) = self.detail {
+            let kept = detail.colours([0, 1].each(|axis: usize| at[axis] - self.part[axis].start));
+            let mut colours = [simd.splat(0.0); 3];
+            for (colour, kept) in colours.iter_mut().zip(kept) {
+                *colour = self
+                    .lamp
+                    .sensor
+                    .wetted_posts(simd, simd.load(kept.first_chunk().unwrap_or(&[0.0; LANES])));
+            }
+            return colours;
+        }
         let bytes = from(bytemuck::cast_slice(self.view.colours), 3 * self.place(at, APRON));
         let codes = simd.load_triples(&bytes);
         let low = simd.splat_int(0xff);

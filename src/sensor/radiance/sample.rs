@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::RadiancePages;
 use super::cache::LineStrip;
 use super::facing::{Facing, STEEPER};
-use super::lines::{LineFilter, LineImage};
+use super::lines::{DEVIATION_UNITS, LineFilter, LineImage};
 use crate::simd::{Each, Floats, Ints, LANES, Simd};
 use crate::voxel::{BARE, Grid, PAGE_SIDE, PageId};
 use hedgehop_base::error::Result;
@@ -121,6 +121,8 @@ struct TexelRun {
     /// Texels from the start of an image to the next one's.
     side: f32,
     images: [Option<Arc<LineImage>>; MOST_PAGES],
+    /// Whether texels have detail below the voxel.
+    has_detail: bool,
 }
 
 impl<'a> LineSampler<'a> {
@@ -246,22 +248,47 @@ impl<V: Simd> Crossings<'_, '_, V> {
         self.sample_at(place, self.simd.splat(place.distance))
     }
 
+    /// Whether a line's texels have detail below the voxel.
+    #[inline(always)]
+    pub fn has_detail(&self, place: &TexelPlace) -> bool {
+        self.runs.get(place.run as usize).is_some_and(|run| run.has_detail)
+    }
+
+    /// Relative deviation of the same radiance as [`Self::sample_at`]'s below the voxel, of a line that has detail.
+    #[inline(always)]
+    pub fn deviation_at(&self, place: &TexelPlace, distance: V::F) -> V::F {
+        let simd = self.simd;
+        let Some((run, at)) = self.texels(place, distance) else { return simd.splat(0.0) };
+        let image = run.images[0].as_ref().filter(|_| place.start != FAR);
+        let near = image.and_then(|image| image.deviations.get(place.start as usize..)?.first_chunk());
+        let Some((near, image)) = near.zip(image) else {
+            return run.wide_deviation(simd, at, place.within as usize);
+        };
+        let at = clipped(simd, at, image.row);
+        let floor = at.floor();
+        let index = floor.to_int() + simd.splat_int(place.origin + 1);
+        deviation(simd, simd.permute_pairs(near, index), at - floor)
+    }
+
+    /// The run of a place, and places of the planes among its texels.
+    #[inline(always)]
+    fn texels(&self, place: &TexelPlace, distance: V::F) -> Option<(&TexelRun, V::F)> {
+        let run = self.runs.get(place.run as usize)?;
+        let simd = self.simd;
+        Some((run, self.minor.mul_add(distance * simd.splat(run.per_unit), simd.splat(run.eye))))
+    }
+
     /// Radiance of a line beside which planes are at major distances, a voxel from the line's at most.
     #[inline(always)]
     pub fn sample_at(&self, place: &TexelPlace, distance: V::F) -> [V::F; 3] {
         let simd = self.simd;
-        let Some(run) = self.runs.get(place.run as usize) else { return [simd.splat(0.0); 3] };
-        let at = self.minor.mul_add(distance * simd.splat(run.per_unit), simd.splat(run.eye));
-        if place.start != FAR
-            && let Some(image) = &run.images[0]
-            && let Some(near) = image.texels.get(place.start as usize..)
-            && let Some(near) = near.first_chunk::<{ 2 * LANES }>()
-        {
-            // The area's edge goes on as its outermost texels.
-            let at = at.max(simd.splat(-1.0)).min(simd.splat(image.row as f32 - 2.001));
-            return between_near(simd, near, at, place.origin);
+        let Some((run, at)) = self.texels(place, distance) else { return [simd.splat(0.0); 3] };
+        match run.near(place) {
+            Some((near, limit)) => {
+                radiance(simd, words_near(simd, near, clipped(simd, at, limit), place.origin))
+            }
+            None => run.wide(simd, at, place.within as usize),
         }
-        run.wide(simd, at, place.within as usize)
     }
 }
 
@@ -281,6 +308,13 @@ impl TexelRun {
         (distance * self.low + self.eye).max(0.0).min(self.last) as u32 as usize
     }
 
+    /// Texels under all planes, if two registers hold them, and those of the line.
+    #[inline(always)]
+    fn near(&self, place: &TexelPlace) -> Option<(&[u32; 2 * LANES], usize)> {
+        let image = self.images[0].as_ref().filter(|_| place.start != FAR)?;
+        Some((image.texels.get(place.start as usize..)?.first_chunk()?, image.row))
+    }
+
     /// Reads colours where planes lie over several images, or far apart.
     #[inline(always)]
     fn wide<V: Simd>(&self, simd: V, at: V::F, within: usize) -> [V::F; 3] {
@@ -288,8 +322,7 @@ impl TexelRun {
         for (part, image) in self.images.iter().flatten().enumerate() {
             let start = simd.splat(part as f32 * self.side);
             let row = &image.texels[image.start_of(within)..][..image.row];
-            let place = (at - start).max(simd.splat(-1.0)).min(simd.splat(image.row as f32 - 2.001));
-            let here = between(simd, row, place);
+            let here = radiance(simd, words(simd, row, clipped(simd, at - start, image.row)));
             if part == 0 {
                 colour = here;
             } else {
@@ -301,6 +334,26 @@ impl TexelRun {
             }
         }
         colour
+    }
+
+    /// Reads deviations in the same places.
+    #[inline(always)]
+    fn wide_deviation<V: Simd>(&self, simd: V, at: V::F, within: usize) -> V::F {
+        let mut found = simd.splat(0.0);
+        for (part, image) in self.images.iter().flatten().enumerate() {
+            let start = simd.splat(part as f32 * self.side);
+            let row = image.deviations.get(image.start_of(within)..).unwrap_or_default();
+            if row.len() < 2 {
+                continue;
+            }
+            let place = clipped(simd, at - start, image.row);
+            let floor = place.floor();
+            let pairs = simd.gather_pairs(row, floor.to_int() + simd.splat_int(1));
+            let here = deviation(simd, pairs, place - floor);
+            let later = (start - simd.splat(0.5)).le(at);
+            found = if part == 0 { here } else { here.select(later, found) };
+        }
+        found
     }
 }
 
@@ -322,10 +375,11 @@ impl ImageSearch<'_, '_> {
         let incline = inclines.iter().filter(|&&until| distance < until).count();
         near = inclines.iter().filter(|&&until| distance >= until).fold(near, |near, &until| near.max(until));
         far = inclines.iter().filter(|&&until| distance < until).fold(far, |far, &until| far.min(until));
-        let is_post = matches!(level, 0 | BARE) && shift == 0 && line.span == 1;
         let facing = Facing { major: self.major as u8, forward: self.forward, incline: incline as u8 };
-        let facing = if is_post { Facing::down(facing.major) } else { facing };
-        let filter = LineFilter { facing, shift: shift as u8, span: line.span };
+        let mut filter = LineFilter { facing, shift: shift as u8, span: line.span };
+        if filter.shows_posts(level) {
+            filter.facing = Facing::down(facing.major);
+        }
 
         // And where an outermost plane crosses to the next page.
         let side = voxel * f64::from(PAGE_SIDE);
@@ -375,6 +429,7 @@ impl ImageSearch<'_, '_> {
             last: row.saturating_sub(3) as f32,
             side: texels as f32,
             images,
+            has_detail: filter.has_detail(level),
         }))
     }
 }
@@ -390,33 +445,56 @@ fn slot(span: u8) -> usize {
     (span.trailing_zeros() as usize).min(SPANS - 1)
 }
 
-/// Between two texels of a line; place −1 is the first.
+/// Texels on either side of places.
+#[derive(Clone, Copy)]
+struct TexelPair<V: Simd> {
+    from: V::I,
+    to: V::I,
+    /// Share of the way to the second.
+    share: V::F,
+}
+
+/// Places among a line's texels: the area's edge goes on as its outermost ones.
 #[inline(always)]
-fn between<V: Simd>(simd: V, row: &[u32], place: V::F) -> [V::F; 3] {
+fn clipped<V: Simd>(simd: V, place: V::F, row: usize) -> V::F {
+    place.max(simd.splat(-1.0)).min(simd.splat(row as f32 - 2.001))
+}
+
+/// Texels of a line about places; place −1 is the first.
+#[inline(always)]
+fn words<V: Simd>(simd: V, row: &[u32], place: V::F) -> TexelPair<V> {
     let floor = place.floor();
     let (from, to) = simd.gather_word_pairs(row, floor.to_int() + simd.splat_int(1));
-    squares(simd, from, to, place - floor)
+    TexelPair { from, to, share: place - floor }
 }
 
 /// The same, where `near` holds all that are asked for; a line begins with its element `origin`.
 #[inline(always)]
-fn between_near<V: Simd>(simd: V, near: &[u32; 2 * LANES], place: V::F, origin: i32) -> [V::F; 3] {
+fn words_near<V: Simd>(simd: V, near: &[u32; 2 * LANES], place: V::F, origin: i32) -> TexelPair<V> {
     let floor = place.floor();
     let near: &[[f32; LANES]; 2] = bytemuck::cast_ref(near);
     let (low, high) = (simd.load(&near[0]), simd.load(&near[1]));
     let index = floor.to_int() + simd.splat_int(origin + 1);
     let [from, to] = simd.permute_neighbours(low, high, index);
-    squares(simd, from.to_bits(), to.to_bits(), place - floor)
+    TexelPair { from: from.to_bits(), to: to.to_bits(), share: place - floor }
 }
 
 /// Radiance between texels, in [`UNITS`](crate::pixels::UNITS).
 #[inline(always)]
-fn squares<V: Simd>(simd: V, from: V::I, to: V::I, share: V::F) -> [V::F; 3] {
+fn radiance<V: Simd>(simd: V, texels: TexelPair<V>) -> [V::F; 3] {
+    let TexelPair { from, to, share } = texels;
     let (low, middle) = (simd.splat_int(0x3ff), simd.splat_int(0x3ff << 10));
     let red = mix(simd, from & low, to & low, share);
     let green = mix(simd, from & middle, to & middle, share);
     let blue = mix(simd, from.shr::<20>(), to.shr::<20>(), share);
     [red, green, blue]
+}
+
+/// Relative deviation between two, the second of which is in the upper half of words.
+#[inline(always)]
+fn deviation<V: Simd>(simd: V, pairs: V::I, share: V::F) -> V::F {
+    let (from, to) = ((pairs & simd.splat_int(0xffff)).to_float(), pairs.shr::<16>().to_float());
+    (to - from).mul_add(share, from) * simd.splat(1.0 / DEVIATION_UNITS)
 }
 
 /// Between two codes, which are roots.

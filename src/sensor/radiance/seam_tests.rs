@@ -99,7 +99,7 @@ fn parts_hold_what_the_whole_page_holds() {
     let source = rough(1200, 1100, 5);
     let uphill = Facing { major: 1, forward: true, incline: 0 };
     let bake = |id, part| {
-        RadiancePage::bake(&source, id, part, &PageLight::new(&sensor()), &uphill, Isa::best()).unwrap()
+        RadiancePage::bake(&source, id, part, &PageLight::new(&sensor()), &uphill, None, Isa::best()).unwrap()
     };
 
     // The area's south-west corner, its north-east one, and pages between.

@@ -67,6 +67,18 @@ pub fn detail(text: &str) -> Result<f64, String> {
         .ok_or_else(|| "want a factor from 0.1 (coarse and fast) to 16; 1 is usual".into())
 }
 
+/// Factor on the amplitude of detail below the voxel: on, off or a number.
+pub fn detail_synthesis(text: &str) -> Result<f64, String> {
+    match text {
+        "on" => Ok(1.0),
+        "off" => Ok(0.0),
+        factor => number(factor)
+            .ok()
+            .filter(|factor| (0.0..=2.0).contains(factor))
+            .ok_or_else(|| "want on, off, or a factor on its strength from 0 to 2".into()),
+    }
+}
+
 /// A field of view, degrees.
 pub fn field_of_view(text: &str) -> Result<f64, String> {
     number(text)

@@ -112,6 +112,10 @@ pub struct LookArgs {
     /// Fineness at which far and steep ground is looked at, 0.1 to 16: 2 is sharper and slower, 0.5 softer and faster
     #[arg(long, value_name = "FACTOR", value_parser = args::detail, allow_negative_numbers = true, default_value = "1")]
     pub detail: f64,
+
+    /// Detail below the finest voxel, made up as rough as the imagery is there: on, off, or a factor on its strength, up to 2
+    #[arg(long, value_name = "on|off|FACTOR", value_parser = args::detail_synthesis, default_value = "on")]
+    pub detail_synthesis: f64,
 }
 
 /// Help of `--visibility`: its default is the library's, which a scene goes before.
@@ -147,6 +151,7 @@ impl Default for LookArgs {
             sun_runs: false,
             shadows: None,
             detail: 1.0,
+            detail_synthesis: 1.0,
         }
     }
 }
@@ -181,6 +186,7 @@ impl LookArgs {
                 Surface::Blocks => hedgehop::raymarch::Surface::Blocks,
             },
             detail: self.detail,
+            detail_synthesis: self.detail_synthesis,
             ..RenderOptions::default()
         };
 

@@ -25,6 +25,7 @@ pub fn settings(args: &RenderArgs, scene: Option<&Scene>, setup: &Setup, options
         "sun_azimuth_elevation_deg": [options.sun.azimuth, options.sun.elevation],
         "shadows": options.shadows,
         "detail": options.detail,
+        "detail_synthesis": options.detail_synthesis,
         "effective_earth_radius_m": options.curvature.radius(),
         "tile_world": options.tile_world,
 

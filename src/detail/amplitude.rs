@@ -1,0 +1,162 @@
+//! Amplitude of the octaves below the voxel, from the finest one that voxels hold.
+
+use super::field::{FieldArea, PostField, load};
+use crate::simd::{Floats, LANES, Mask, Simd};
+use crate::voxel::Material;
+
+/// Posts on either side that the finest octave takes.
+const OCTAVE_REACH: usize = 1;
+
+/// Weights of posts over which magnitudes are averaged, from the farthest on one side to that on the other.
+const SMOOTHING: [f32; 2 * SMOOTHING_REACH + 1] =
+    [1.0 / 16.0, 2.0 / 16.0, 3.0 / 16.0, 4.0 / 16.0, 3.0 / 16.0, 2.0 / 16.0, 1.0 / 16.0];
+
+/// Posts on either side over which magnitudes are averaged.
+const SMOOTHING_REACH: usize = 3;
+
+/// Posts on either side of one that its amplitude depends on.
+pub const AMPLITUDE_REACH: usize = OCTAVE_REACH + SMOOTHING_REACH;
+
+/// Relative deviation of light (standard deviation over mean) of all hidden octaves together per mean of [`finest`] over the root of light.
+///
+/// The filter leaves 0.79 of an octave's energy, a voxel's mean holds 1/1.35 of it, the mean of magnitudes is 0.8 of the standard deviation of even noise, four octaves
+/// have twice the deviation of one, and light has twice that of its root.
+const PER_MAGNITUDE: f32 = 6.5;
+
+/// Greatest relative deviation of light: darker than black is nothing.
+pub const MOST_DEVIATION: f32 = 0.6;
+
+/// Root of light below which relative deviations grow no more.
+const DARK: f32 = 0.1;
+
+/// Share of an octave's amplitude that a material has below the voxel: kerbs, cars and ridges make the neighbourhood of what is smooth itself look rough.
+pub fn material_factor(material: Material) -> f32 {
+    match material {
+        Material::Asphalt | Material::Concrete | Material::Metal | Material::Glass => 0.5,
+        Material::RoofTiles | Material::RoofFelt | Material::Plaster => 0.5,
+        Material::Snow | Material::Ice => 0.6,
+        _ => 1.0,
+    }
+}
+
+/// Numbers of posts that amplitudes follow from.
+#[derive(Debug, Default)]
+pub struct AmplitudeFields {
+    /// Roots of luminance.
+    pub roots: PostField,
+    /// Numbers of materials: what differs there is an edge, and tells nothing of what lies within.
+    pub materials: PostField,
+}
+
+/// Memory for amplitudes of a part, used again and again.
+#[derive(Debug, Default)]
+pub struct AmplitudeScratch {
+    magnitudes: Vec<f32>,
+    smoothed: Vec<f32>,
+}
+
+impl AmplitudeScratch {
+    /// Finds relative deviations of light below the voxel of the posts of an area, into `deviations`, `[north][east]`, in rows of [`padded`](Self::padded) posts.
+    #[inline(always)]
+    pub fn find<V: Simd>(
+        &mut self,
+        simd: V,
+        fields: &AmplitudeFields,
+        area: FieldArea,
+        deviations: &mut Vec<f32>,
+    ) {
+        let Self { magnitudes, smoothed } = self;
+        let AmplitudeFields { roots, materials } = fields;
+        let FieldArea { first, size: [width, height] } = area;
+        let (stride, padded, rows) = (roots.stride, Self::padded(width), height + 2 * SMOOTHING_REACH);
+        let wide = padded + LANES;
+        let origin = first - SMOOTHING_REACH * (stride + 1);
+
+        magnitudes.resize(rows * wide + LANES, 0.0);
+        for row in 0..rows {
+            for column in (0..wide).step_by(LANES) {
+                let magnitude = finest(simd, fields, origin + row * stride + column);
+                put(magnitude, magnitudes, row * wide + column);
+            }
+        }
+
+        smoothed.resize(rows * padded, 0.0);
+        for row in 0..rows {
+            for column in (0..padded).step_by(LANES) {
+                let beside = Along { at: row * wide + column, step: 1 };
+                let kinds = Along { at: origin + row * stride + column, step: 1 };
+                put(smooth(simd, magnitudes, beside, materials, kinds), smoothed, row * padded + column);
+            }
+        }
+
+        deviations.resize((height + 1) * padded, 0.0);
+        for row in 0..height {
+            for column in (0..padded).step_by(LANES) {
+                let beside = Along { at: row * padded + column, step: padded };
+                let own = first + row * stride + column;
+                let kinds = Along { at: own - SMOOTHING_REACH * stride, step: stride };
+                let magnitude = smooth(simd, smoothed, beside, materials, kinds);
+                let root = load(simd, &roots.values, own);
+                let deviation = simd.splat(PER_MAGNITUDE) * magnitude / root.max(simd.splat(DARK));
+                put(deviation.min(simd.splat(MOST_DEVIATION)), deviations, row * padded + column);
+            }
+        }
+    }
+
+    /// Posts from one row of deviations to the next, where rows have so many posts.
+    pub fn padded(width: usize) -> usize {
+        width.next_multiple_of(LANES)
+    }
+}
+
+/// Magnitude of the finest octave at sixteen posts: the root of light less the mean about it; 0 of voids. What is void, or of another material, counts as the post itself.
+#[inline(always)]
+fn finest<V: Simd>(simd: V, fields: &AmplitudeFields, at: usize) -> V::F {
+    let AmplitudeFields { roots, materials } = fields;
+    let (own, zero) = (load(simd, &roots.values, at), simd.splat(0.0));
+    let kind = load(simd, &materials.values, at);
+    let mut about = zero;
+    for (row, weight) in [(at - roots.stride, 1.0), (at, 2.0), (at + roots.stride, 1.0)] {
+        for (post, share) in [(row - 1, 1.0), (row, 2.0), (row + 1, 1.0)] {
+            let beside = load(simd, &roots.values, post);
+            let counts = zero.le(beside) & is_alike(load(simd, &materials.values, post), kind);
+            about = about + beside.select(counts, own) * simd.splat(weight * share / 16.0);
+        }
+    }
+    (own - about).abs().select(zero.le(own), zero)
+}
+
+/// Posts one after the other: the first of sixteen, and the way from each to the next.
+#[derive(Clone, Copy)]
+struct Along {
+    at: usize,
+    step: usize,
+}
+
+/// Weighted means of sixteen posts and those around them, of the material of the middle one.
+#[inline(always)]
+fn smooth<V: Simd>(simd: V, magnitudes: &[f32], along: Along, materials: &PostField, kinds: Along) -> V::F {
+    let kind = load(simd, &materials.values, kinds.at + SMOOTHING_REACH * kinds.step);
+    let (mut sum, mut weights) = (simd.splat(0.0), simd.splat(0.0));
+    for (post, &weight) in SMOOTHING.iter().enumerate() {
+        let counts = is_alike(load(simd, &materials.values, kinds.at + post * kinds.step), kind);
+        let weight = simd.splat(weight).select(counts, simd.splat(0.0));
+        sum = sum + load(simd, magnitudes, along.at + post * along.step) * weight;
+        weights = weights + weight;
+    }
+    sum / weights
+}
+
+/// Whether numbers of materials are the same.
+#[inline(always)]
+fn is_alike<F: Floats<M = M>, M: Mask>(one: F, other: F) -> M {
+    one.le(other) & other.le(one)
+}
+
+/// Puts sixteen values.
+#[inline(always)]
+fn put<F: Floats>(lanes: F, target: &mut [f32], at: usize) {
+    if let Some(target) = target.get_mut(at..).and_then(|rest| rest.first_chunk_mut()) {
+        lanes.store(target);
+    }
+}

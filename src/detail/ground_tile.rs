@@ -1,0 +1,118 @@
+//! The tile of hidden octaves that lies over the ground, and its mean over a pixel's footprint.
+//!
+//! ```text
+//! four octaves of cyclic codes → n, standard deviation 1
+//! light over its mean          → (1 + n/3)² over its own mean, less 1     roots of light vary evenly, light is never negative
+//! less means over voxels       → tile
+//! ```
+//!
+//! A footprint is a parallelogram on the ground; the box with the same second moments along the grid's axes stands for it, whose mean is exact.
+
+use std::sync::LazyLock;
+
+use glam::DVec2;
+use hedgehop_texture::{CELLS_PER_VOXEL, CellBox, Cells, SIDE, Tile, XorPattern, broad_band};
+
+use crate::simd::{Floats, Ints, Simd};
+
+/// Octaves that fit between a voxel's side and a cell's.
+const OCTAVES: u64 = 4;
+
+/// Deviation of roots of light, relative to their mean, that the tile's skewness is right for.
+const SKEW: f64 = 1.0 / 3.0;
+
+/// Entries of a row of sums.
+const STRIDE: u32 = SIDE as u32 + 1;
+
+/// Footprints across, in voxels, from which detail begins to fade, and beyond which there is none: averages over a voxel have none left.
+pub const FADING: [f64; 2] = [0.9, 1.4];
+
+/// Repeating pattern of light below the voxel: mean 0 over each voxel, standard deviation 1.
+#[derive(Debug)]
+pub struct GroundTile {
+    tile: Tile,
+    /// Summed areas as bits, `[north][east]`, 256 × 256.
+    sums: Vec<u32>,
+}
+
+/// A coordinate among sums: the entry below it, and the share of the way to the next.
+#[derive(Clone, Copy)]
+struct SumPlace<V: Simd> {
+    entry: V::I,
+    share: V::F,
+}
+
+/// The tile that all pictures have.
+static CODES: LazyLock<Option<GroundTile>> = LazyLock::new(|| {
+    let octaves: Vec<Cells> = (0..OCTAVES).map(|octave| XorPattern::seeded(octave).cells()).collect();
+    let band = broad_band(&octaves);
+    let unit = 1.0 / band.deviation();
+    let light = band.joined(&band, |value, _| (1.0 + SKEW * unit * value).max(0.0).powi(2));
+    let tile = Tile::new(&light).ok()?;
+    let sums = tile.sums().iter().map(|&sum| sum as u32).collect();
+    Some(GroundTile { tile, sums })
+});
+
+impl GroundTile {
+    /// Returns the tile made of cyclic codes.
+    pub fn codes() -> Option<&'static Self> {
+        CODES.as_ref()
+    }
+
+    /// Share that detail has under a footprint so many voxels across.
+    pub fn fading(width: f64) -> f64 {
+        ((FADING[1] - width) / (FADING[1] - FADING[0])).clamp(0.0, 1.0)
+    }
+
+    /// Mean over a box about a place, units of the grid; sides in units, > 0.
+    pub fn mean(&self, centre: DVec2, sides: DVec2) -> f64 {
+        let cells = CELLS_PER_VOXEL as f64;
+        // As wide as a cell more, so that cells have no edges.
+        let half = (sides * sides * (cells * cells) + DVec2::ONE).map(f64::sqrt) * 0.5;
+        let centre = centre * cells;
+        let (low, high) = (centre - half, centre + half);
+        self.tile.mean(CellBox { x0: low.x, x1: high.x, y0: low.y, y1: high.y })
+    }
+
+    /// Mean over sixteen boxes about places, eastward and northward, in cells from a corner of the tile; squares of their sides, cells².
+    #[inline(always)]
+    pub fn means<V: Simd>(&self, simd: V, centre: [V::F; 2], squares: [V::F; 2]) -> V::F {
+        let (one, half) = (simd.splat(1.0), simd.splat(0.5));
+        let [wide, high] = [(squares[0] + one).sqrt(), (squares[1] + one).sqrt()];
+        let west = sum_place(simd, wide.neg_mul_add(half, centre[0]));
+        let east = sum_place(simd, wide.mul_add(half, centre[0]));
+        let south = sum_place(simd, high.neg_mul_add(half, centre[1]));
+        let north = sum_place(simd, high.mul_add(half, centre[1]));
+
+        let upper = self.sum(simd, east, north) - self.sum(simd, west, north);
+        let lower = self.sum(simd, east, south) - self.sum(simd, west, south);
+        (upper - lower) * simd.splat(self.tile.scale() as f32) * (wide * high).recip()
+    }
+
+    /// Sums from the tile's corner to places, steps.
+    #[inline(always)]
+    fn sum<V: Simd>(&self, simd: V, x: SumPlace<V>, y: SumPlace<V>) -> V::F {
+        let entry = y.entry.shl::<{ STRIDE.ilog2() }>() + x.entry;
+        let (west, east) = simd.gather_word_pairs(&self.sums, entry);
+        let lower = between::<V>(west, east, x.share);
+        let (west, east) = simd.gather_word_pairs(&self.sums, entry + simd.splat_int(STRIDE as i32));
+        let upper = between::<V>(west, east, x.share);
+        (upper - lower).mul_add(y.share, lower)
+    }
+}
+
+/// Between two integers.
+#[inline(always)]
+fn between<V: Simd>(from: V::I, to: V::I, share: V::F) -> V::F {
+    let (from, to) = (from.to_float(), to.to_float());
+    (to - from).mul_add(share, from)
+}
+
+/// Finds cells among sums, wherever the tile repeats.
+#[inline(always)]
+fn sum_place<V: Simd>(simd: V, cell: V::F) -> SumPlace<V> {
+    let below = cell.floor();
+    let tiles = ((below + simd.splat(0.5)) * simd.splat(1.0 / SIDE as f32)).floor();
+    let entry = tiles.neg_mul_add(simd.splat(SIDE as f32), below);
+    SumPlace { entry: entry.to_int(), share: cell - below }
+}
