@@ -74,11 +74,16 @@ pub struct Strand {
 }
 
 impl Strand {
+    /// Place along the code of a cell of the plane, from 0 up to the period.
+    pub fn place(&self, column: i64, row: i64) -> i64 {
+        let period = self.code.period();
+        let direction = self.direction.place(column.rem_euclid(period), row.rem_euclid(period));
+        direction.wrapping_add(self.phase).rem_euclid(period)
+    }
+
     /// Tone of a cell of the plane.
     pub fn tone(&self, column: i64, row: i64) -> u32 {
-        let period = self.code.period();
-        let place = self.direction.place(column.rem_euclid(period), row.rem_euclid(period));
-        self.code.tone(place.wrapping_add(self.phase))
+        self.code.tone(self.place(column, row))
     }
 }
 

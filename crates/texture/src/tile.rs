@@ -19,6 +19,7 @@
 
 use hedgehop_base::error::{Error, Result};
 
+use crate::cell_box::CellBox;
 use crate::cells::{Cells, SIDE};
 use crate::rounding;
 
@@ -33,22 +34,6 @@ const MOST_STEPS: f64 = 32_700.0;
 
 /// Entries of a row of the summed areas.
 const SUMS_STRIDE: usize = SIDE + 1;
-
-/// Shortest side of a box, cells.
-const MIN_SIDE: f64 = 1.0 / 1024.0;
-
-/// Box on the ground, in cells; a cell's lower corner is at whole numbers.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CellBox {
-    /// Western side.
-    pub x0: f64,
-    /// Eastern side.
-    pub x1: f64,
-    /// Southern side.
-    pub y0: f64,
-    /// Northern side.
-    pub y1: f64,
-}
 
 /// Repeating pattern of 255 × 255 cells, with zero mean over every voxel of 15 × 15 cells and unit deviation.
 #[derive(Debug, Clone, PartialEq)]
@@ -137,34 +122,11 @@ impl Tile {
 
     /// Mean over a box anywhere on the ground, deviations, exact up to rounding of the box's corners.
     ///
-    /// Sides may be in either order; one shorter than 1/1024 cell is taken for so long, about its middle. A
-    /// box without finite corners has no mean: not a number.
+    /// Not a number of a box without finite corners; see [`CellBox`] for small ones.
     pub fn mean(&self, over: CellBox) -> f64 {
-        let [x0, x1] = widened(over.x0, over.x1);
-        let [y0, y1] = widened(over.y0, over.y1);
-        let sum = self.sum_to(x1, y1) - self.sum_to(x0, y1) - self.sum_to(x1, y0) + self.sum_to(x0, y0);
-        sum * self.scale / ((x1 - x0) * (y1 - y0))
-    }
-
-    /// Sum from a corner of the tile to a place, steps, bilinear between entries.
-    fn sum_to(&self, x: f64, y: f64) -> f64 {
-        let [(column, along), (row, up)] = [x, y].map(|place| {
-            let cell = place.floor();
-            ((cell as i64).rem_euclid(SIDE as i64) as usize, place - cell)
-        });
-        let entry = |i: usize, j: usize| f64::from(self.sums[j * SUMS_STRIDE + i]);
-        let across = |row: usize| (1.0 - along) * entry(column, row) + along * entry(column + 1, row);
-        (1.0 - up) * across(row) + up * across(row + 1)
-    }
-}
-
-/// Sides in order, at least the shortest apart.
-fn widened(a: f64, b: f64) -> [f64; 2] {
-    if (b - a).abs() >= MIN_SIDE {
-        [a.min(b), a.max(b)]
-    } else {
-        let middle = 0.5 * (a + b);
-        [middle - 0.5 * MIN_SIDE, middle + 0.5 * MIN_SIDE]
+        let wrapped = |place: i64| place.rem_euclid(SIDE as i64) as usize;
+        let sum = |column, row| f64::from(self.sums[wrapped(row) * SUMS_STRIDE + wrapped(column)]);
+        over.mean_from_sums(sum) * self.scale
     }
 }
 
