@@ -37,10 +37,11 @@ impl CellBox {
         Self { x0, x1, y0, y1 }
     }
 
-    /// Mean over the box of a pattern of constant cells, of whose summed areas each whole column and row is asked.
+    /// Mean over the box of a pattern of constant cells, of whose summed areas each whole column and row is
+    /// asked.
     ///
-    /// Between whole numbers they are bilinear, which is exact. What is asked may be off by what depends on the column alone or
-    /// on the row alone.
+    /// Between whole numbers they are bilinear, which is exact. What is asked may be off by what depends on
+    /// the column alone or on the row alone.
     pub(crate) fn mean_from_sums(self, sum: impl Fn(i64, i64) -> f64) -> f64 {
         let sum_to = |x: f64, y: f64| {
             let (column, row) = (x.floor(), y.floor());

@@ -12,12 +12,17 @@
 mod cell_box;
 mod cells;
 mod code;
+mod estimate;
+mod footprint;
 mod octaves;
 mod pattern;
+mod pixel_tone;
 mod polynomial;
 mod projection;
 mod rounding;
+mod shades;
 mod strand;
+mod subterrain;
 mod tile;
 
 #[cfg(test)]
@@ -26,9 +31,14 @@ mod spectrum;
 pub use cell_box::CellBox;
 pub use cells::{Cells, SIDE};
 pub use code::CyclicCode;
+pub use estimate::{GroupEstimate, group_means};
+pub use footprint::{Footprint, Slice, Stacking, TonalGroups};
 pub use octaves::broad_band;
 pub use pattern::{Direction, Strand, XorPattern};
+pub use pixel_tone::{Averaging, PixelTones};
 pub use polynomial::primitive_polynomials;
 pub use projection::{GroundExtent, Projection};
+pub use shades::Shades;
 pub use strand::{FixedBox, StrandMeans};
+pub use subterrain::{Subterrain, SubterrainCode};
 pub use tile::{CELLS_PER_VOXEL, Tile};

@@ -6,7 +6,8 @@
 //! ΔY = R/d                                  across it
 //! ```
 //!
-//! The study prints `320·cot(field of view)`; half the angle is what its geometry needs, and what its footprints fit.
+//! The study prints `320·cot(field of view)`; half the angle is what its geometry needs, and what its
+//! footprints fit.
 
 /// Ground that a pixel covers, in the unit of range and altitude.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,7 +48,8 @@ mod tests {
 
     #[test]
     fn check_18_footprints_are_those_of_the_study() {
-        // Altitude, feet; range, nautical miles; feet along and across, and what half the last printed digit leaves open.
+        // Altitude, feet; range, nautical miles; feet along and across, and what half the last printed digit
+        // leaves open.
         let printed = [
             (1000.0, 5.0, (515.0, 0.5), (17.0, 0.5)),
             (1000.0, 3.0, (184.0, 0.5), (10.0, 0.5)),

@@ -8,8 +8,8 @@
 //! Σ p(α·i + β·j) over i ∈ [a, b), j ∈ [c, d)  =  (Q(αb + βd) − Q(αa + βd) − Q(αb + βc) + Q(αa + βc)) / T
 //! ```
 //!
-//! All in whole numbers, without error. The study estimates these means from one tone (see [`crate::GroupEstimate`]); exact
-//! ones are ours.
+//! All in whole numbers, without error. The study estimates these means from one tone (see
+//! [`crate::GroupEstimate`]); exact ones are ours.
 
 use hedgehop_base::error::{Error, Result};
 
