@@ -1,9 +1,18 @@
 //! Procedural texture that is fixed to the ground: each value is a function of the place alone.
 //!
 //! ```text
-//! cyclic codes ──▶ XorPattern ──▶ Cells ──broad_band──▶ Tile: 255 × 255 cells, zero mean over each voxel
-//!                                                         └──▶ exact mean over any box, four looks
+//! Generator ── codes, ground maps, waves, sea ──▶ Cells, 255 × 255 ──▶ Tile: zero mean over each voxel
+//!                                                                        └──▶ exact mean over any box, four looks
 //! ```
+//!
+//! | files | hold |
+//! |---|---|
+//! | `polynomial`, `code` | polynomials over two elements; shift registers, at any place by a jump |
+//! | `pattern`, `superimposed`, `subterrain`, `solid`, `sea` | codes over the ground: joined, added, slipped, in space, in time |
+//! | `strand`, `levels` | exact means of a code over boxes, and over levels of voxels |
+//! | `estimate`, `footprint`, `pixel_tone`, `projection`, `shades` | the study's way to a pixel's tone, beside the exact one |
+//! | `maps` | linear functions, tables along six axes, waves, materials |
+//! | `cells`, `octaves`, `tile`, `rounding`, `generator` | tiles, and what they are made of |
 //!
 //! Sources: the study of cyclic codes for surface texture that the Air Force Human Resources Laboratory ran
 //! on ACTES (author and year unknown to us), for codes, their averages and estimators; Bunker and Ferris 1977
@@ -14,15 +23,21 @@ mod cells;
 mod code;
 mod estimate;
 mod footprint;
+mod generator;
+mod levels;
+mod maps;
 mod octaves;
 mod pattern;
 mod pixel_tone;
 mod polynomial;
 mod projection;
 mod rounding;
+mod sea;
 mod shades;
+mod solid;
 mod strand;
 mod subterrain;
+mod superimposed;
 mod tile;
 
 #[cfg(test)]
@@ -33,12 +48,18 @@ pub use cells::{Cells, SIDE};
 pub use code::CyclicCode;
 pub use estimate::{GroupEstimate, group_means};
 pub use footprint::{Footprint, Slice, Stacking, TonalGroups};
+pub use generator::Generator;
+pub use levels::LevelTables;
+pub use maps::{LinearFunction, MapMaterial, QuantityMode, QuantityTexture, Sinusoid, SixMaps, ZoneTable};
 pub use octaves::broad_band;
 pub use pattern::{Direction, Strand, XorPattern};
 pub use pixel_tone::{Averaging, PixelTones};
 pub use polynomial::primitive_polynomials;
 pub use projection::{GroundExtent, Projection};
+pub use sea::Sea;
 pub use shades::Shades;
+pub use solid::SolidPattern;
 pub use strand::{FixedBox, StrandMeans};
 pub use subterrain::{Subterrain, SubterrainCode};
+pub use superimposed::Superimposed;
 pub use tile::{CELLS_PER_VOXEL, Tile};

@@ -19,7 +19,6 @@ impl Spectrum {
     }
 
     /// Power at a frequency, cycles of the pattern's side along columns and rows.
-    #[expect(dead_code, reason = "for waves")]
     pub fn power(&self, column: i64, row: i64) -> f64 {
         let side = SIDE as i64;
         self.power[row.rem_euclid(side) as usize * SIDE + column.rem_euclid(side) as usize]

@@ -74,10 +74,17 @@ impl StrandMeans {
             )));
         }
 
-        let middle = 1_i64 << (degree - 1);
-        let tones: Vec<i64> = (0..period).map(|n| i64::from(strand.code.tone(n)) - middle).collect();
+        Ok(Self::tabulated(strand))
+    }
+
+    /// Tabulates a strand that is known to be of these.
+    pub(crate) fn tabulated(strand: Strand) -> Self {
+        let (column, row) = (strand.direction.column, strand.direction.row);
+        let middle = 1_i64 << (strand.code.degree() - 1);
+        let tones: Vec<i64> =
+            (0..strand.code.period()).map(|n| i64::from(strand.code.tone(n)) - middle).collect();
         let first = centred(&prefix(&tones, column));
-        Ok(Self { strand, sums: prefix(&first, row) })
+        Self { strand, sums: prefix(&first, row) }
     }
 
     /// The code and its direction.

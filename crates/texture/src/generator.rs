@@ -1,0 +1,236 @@
+//! Generators of tiles, by the names that recipes give.
+
+use hedgehop_base::chance::Random;
+use hedgehop_base::error::{Error, Result};
+
+use crate::cell_box::CellBox;
+use crate::cells::{Cells, SIDE};
+use crate::code::CyclicCode;
+use crate::maps::{QuantityMode, tiled_maps, tiled_quantity, tiled_waves};
+use crate::octaves::broad_band;
+use crate::pattern::{Direction, Strand, XorPattern};
+use crate::polynomial::primitive_polynomials;
+use crate::sea::Sea;
+use crate::subterrain::{Subterrain, SubterrainCode};
+use crate::superimposed::Superimposed;
+use crate::tile::Tile;
+
+/// Wavelengths of waves in a tile, cells.
+const WAVELENGTHS: std::ops::RangeInclusive<f64> = 3.0..=30.0;
+
+/// Pattern of which a tile is made.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Generator {
+    /// Three codes joined by exclusive or: white, without direction.
+    White,
+    /// So many octaves of such patterns, equally strong: as real ground, whose detail goes on at all sizes.
+    Broad {
+        /// Octaves from wavelengths of 2 cells on, 1 to 6.
+        octaves: u32,
+    },
+    /// One code, as in the study: ramps and jumps in lines.
+    Codes,
+    /// So many codes on top of each other.
+    Superimposed {
+        /// Codes, 1 to 8.
+        codes: u32,
+    },
+    /// One code whose lines slip by chance.
+    Mosaic {
+        /// Lines that do not slip among each other, 1 to 255.
+        lines: u32,
+    },
+    /// Six maps along axes some 30° apart.
+    Maps,
+    /// Sawteeth, stripes and checks of linear functions.
+    Quantity(QuantityMode),
+    /// Waves with a little of the maps.
+    Waves {
+        /// Length of a wave, 3 to 30 cells.
+        wavelength: f64,
+    },
+    /// Codes that drift over each other, at a time.
+    Sea {
+        /// Codes, 1 to 8.
+        codes: u32,
+        /// Steps of the codes, of which 255 are a period.
+        time: f64,
+    },
+}
+
+impl Generator {
+    /// All generators as they are by name alone.
+    pub const ALL: [Self; 9] = [
+        Self::White,
+        Self::Broad { octaves: 4 },
+        Self::Codes,
+        Self::Superimposed { codes: 8 },
+        Self::Mosaic { lines: 8 },
+        Self::Maps,
+        Self::Quantity(QuantityMode::StripesXor),
+        Self::Waves { wavelength: 6.0 },
+        Self::Sea { codes: 4, time: 0.0 },
+    ];
+
+    /// The name in recipes.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::White => "white",
+            Self::Broad { .. } => "broad",
+            Self::Codes => "codes",
+            Self::Superimposed { .. } => "superimposed",
+            Self::Mosaic { .. } => "mosaic",
+            Self::Maps => "maps",
+            Self::Quantity(_) => "quantity",
+            Self::Waves { .. } => "waves",
+            Self::Sea { .. } => "sea",
+        }
+    }
+
+    /// Finds a generator by its name, with its usual parameters.
+    ///
+    /// # Errors
+    ///
+    /// None has this name; the sentence lists those there are.
+    pub fn named(name: &str) -> Result<Self> {
+        Self::ALL.into_iter().find(|generator| generator.name() == name).ok_or_else(|| {
+            let names: Vec<String> =
+                Self::ALL.iter().map(|generator| format!("\"{}\"", generator.name())).collect();
+            Error::Configuration(format!("no texture is called \"{name}\"; want one of {}", names.join(", ")))
+        })
+    }
+
+    /// The pattern; a seed says which of all that are alike.
+    ///
+    /// # Errors
+    ///
+    /// A parameter is out of its range.
+    pub fn cells(self, seed: u64) -> Result<Cells> {
+        let mut random = Random::stream(seed, 9);
+        let mut drawn = || (random.unit() * SIDE as f64) as i64;
+        match self {
+            Self::White => Ok(XorPattern::seeded(seed).cells()),
+            Self::Broad { octaves } => {
+                let octaves = self.checked("octaves", octaves, 6)?;
+                let pattern = |octave| XorPattern::seeded(seed.wrapping_add(octave)).cells();
+                Ok(broad_band(&(0..u64::from(octaves)).map(pattern).collect::<Vec<Cells>>()))
+            }
+            Self::Codes => {
+                let strand = Strand {
+                    code: any_code(seed),
+                    direction: Direction { column: 1, row: 1 },
+                    phase: drawn(),
+                };
+                Ok(Cells::of(|column, row| f64::from(strand.tone(column, row))))
+            }
+            Self::Superimposed { codes } => {
+                let codes =
+                    Superimposed::new(self.checked("codes", codes, Superimposed::MAX_CODES as u32)? as usize);
+                let (x, y) = (drawn(), drawn());
+                Ok(Cells::of(|column, row| codes.tone(column + x, row + y)))
+            }
+            Self::Mosaic { lines } => {
+                let lines = i64::from(self.checked("lines", lines, SIDE as u32)?);
+                let firsts = (0..SIDE as i64).step_by(lines as usize);
+                let subterrains =
+                    firsts.map(|first_line| Subterrain { first_line, start: drawn() }).collect();
+                let code = SubterrainCode::new(any_code(seed), subterrains)?;
+                Ok(Cells::of(|column, row| f64::from(code.tone(column, row))))
+            }
+            Self::Maps => Ok(tiled_maps(seed)),
+            Self::Quantity(mode) => Ok(tiled_quantity(mode, seed)),
+            Self::Waves { wavelength } if WAVELENGTHS.contains(&wavelength) => {
+                Ok(tiled_waves(wavelength, seed))
+            }
+            Self::Waves { wavelength } => Err(Error::Configuration(format!(
+                "waves of {wavelength} cells are no texture of a tile; want {} to {}",
+                WAVELENGTHS.start(),
+                WAVELENGTHS.end()
+            ))),
+            Self::Sea { codes, time } => {
+                let sea = Sea::new(self.checked("codes", codes, Superimposed::MAX_CODES as u32)? as usize);
+                let (x, y) = (drawn(), drawn());
+                Ok(Cells::of(|column, row| {
+                    let (x0, y0) = ((column + x) as f64, (row + y) as f64);
+                    sea.mean(CellBox { x0, x1: x0 + 1.0, y0, y1: y0 + 1.0 }, time)
+                }))
+            }
+        }
+    }
+
+    /// The pattern as a tile, of zero mean over every voxel.
+    ///
+    /// # Errors
+    ///
+    /// A parameter is out of its range, or the pattern has no detail within voxels.
+    pub fn tile(self, seed: u64) -> Result<Tile> {
+        Tile::new(&self.cells(seed)?)
+    }
+
+    fn checked(self, what: &str, number: u32, most: u32) -> Result<u32> {
+        if (1..=most).contains(&number) {
+            return Ok(number);
+        }
+        Err(Error::Configuration(format!(
+            "the texture \"{}\" has {number} {what}; want 1 to {most}",
+            self.name()
+        )))
+    }
+}
+
+/// A code of degree 8 by a seed.
+fn any_code(seed: u64) -> CyclicCode {
+    let polynomials: Vec<u64> = primitive_polynomials(8).collect();
+    CyclicCode::new(polynomials[(seed % polynomials.len() as u64) as usize]).unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_generator_makes_tiles_of_zero_mean_over_voxels() {
+        let modes = QuantityMode::ALL.into_iter().skip(1).map(Generator::Quantity);
+        for generator in Generator::ALL.into_iter().chain(modes) {
+            let [cells, other] = [0, 7].map(|seed| generator.cells(seed).unwrap());
+            assert_ne!(cells, other, "{generator:?}");
+            assert_eq!(cells, generator.cells(0).unwrap(), "{generator:?}");
+
+            let tile = Tile::new(&cells).unwrap();
+            assert_eq!(tile.largest_voxel_mean(), 0.0, "{generator:?}");
+            assert!(tile.contrast_kept() > 0.93, "{generator:?} keeps {}", tile.contrast_kept());
+        }
+    }
+
+    #[test]
+    fn names_lead_to_generators() {
+        for generator in Generator::ALL {
+            assert_eq!(Generator::named(generator.name()).unwrap(), generator);
+        }
+        let error = Generator::named("grass").unwrap_err().to_string();
+        assert!(error.contains("\"grass\"") && error.contains("\"superimposed\", \"mosaic\""), "{error}");
+    }
+
+    #[test]
+    fn parameters_out_of_range_are_refused() {
+        for (generator, words) in [
+            (Generator::Broad { octaves: 0 }, "0 octaves; want 1 to 6"),
+            (Generator::Superimposed { codes: 9 }, "9 codes; want 1 to 8"),
+            (Generator::Mosaic { lines: 256 }, "256 lines"),
+            (Generator::Waves { wavelength: 1.0 }, "want 3 to 30"),
+            (Generator::Waves { wavelength: f64::NAN }, "want 3 to 30"),
+            (Generator::Sea { codes: 1, time: f64::NAN }, "no finite number"),
+            (Generator::Quantity(QuantityMode::Inhibited), "nothing is left"),
+        ] {
+            let error = generator.tile(0).unwrap_err().to_string();
+            assert!(error.contains(words), "{error}");
+        }
+    }
+
+    #[test]
+    fn check_26_a_tile_of_the_sea_repeats_after_a_period() {
+        let sea = |time| Generator::Sea { codes: 4, time }.tile(3).unwrap();
+        assert_eq!(sea(1.5), sea(256.5));
+        assert_ne!(sea(1.5), sea(2.5));
+    }
+}
