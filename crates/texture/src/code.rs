@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn check_1_orders_are_whole_periods() {
+    fn orders_are_whole_periods() {
         for polynomial in POLYNOMIALS {
             assert!(CyclicCode::new(polynomial).is_ok(), "{polynomial:#x}");
         }
@@ -145,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn check_1_composites_and_strange_degrees_are_refused() {
+    fn composites_and_strange_degrees_are_refused() {
         // Of even weight; irreducible, but of order 51 (that of the Rijndael field); a square; without
         // constant.
         for polynomial in [0x12A, 0x101, 0x11B, 0x155, 0x100] {
@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn check_2_jumps_equal_steps_of_all_polynomials() {
+    fn jumps_equal_steps_of_all_polynomials() {
         for polynomial in primitive_polynomials(8) {
             let code = CyclicCode::new(polynomial).unwrap();
             let mut state = 1;
@@ -171,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn check_2_jumps_equal_steps_at_a_million_places() {
+    fn jumps_equal_steps_at_a_million_places() {
         let mut random = Random(2);
         let codes: Vec<CyclicCode> =
             POLYNOMIALS[..4].iter().map(|&polynomial| CyclicCode::new(polynomial).unwrap()).collect();
@@ -187,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn check_2_long_codes_step_from_wherever_they_jump_to() {
+    fn long_codes_step_from_wherever_they_jump_to() {
         let mut random = Random(5);
         for polynomial in &POLYNOMIALS[4..] {
             let code = CyclicCode::new(*polynomial).unwrap();

@@ -104,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn check_6_linear_estimates_are_those_of_table_1() {
+    fn linear_estimates_are_those_of_table_1() {
         let code = CyclicCode::default();
         let fit = |offset| GroupEstimate::with_offset(&code, 2, offset);
         for (offset, slope, intercept, squared_error) in [
@@ -125,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn checks_6_and_7_errors_are_those_of_groups_of_1_to_64() {
+    fn errors_are_those_of_groups_of_1_to_64() {
         // Side; slope, intercept; deviation of exact means; rms errors linear and stepped.
         let rows = [
             (1, 1.0, 0.0, 73.6, 0.0, 0.0),
@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn check_6_coefficients_are_equal_for_all_polynomials() {
+    fn coefficients_are_equal_for_all_polynomials() {
         let first = GroupEstimate::new(&CyclicCode::default(), 4);
         for polynomial in primitive_polynomials(8) {
             let fit = GroupEstimate::new(&CyclicCode::new(polynomial).unwrap(), 4);
@@ -166,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn check_6_whole_numbers_stay_near() {
+    fn whole_numbers_stay_near() {
         for side in [1, 2, 3, 4, 8] {
             let fit = GroupEstimate::new(&CyclicCode::default(), side);
             for tone in 1..=255 {

@@ -17,7 +17,7 @@ use crate::cell_box::CellBox;
 /// Parallelogram that a pixel covers on the ground, in cells.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Footprint {
-    /// Its centre, x and y.
+    /// Centre, x and y.
     pub centre: [f64; 2],
     /// Edges: the ground's change for a pixel along and down the screen, x and y of each.
     pub edges: [[f64; 2]; 2],
@@ -113,11 +113,14 @@ impl Footprint {
         (0..count.max(1)).filter_map(slice).collect()
     }
 
-    fn corners(&self) -> Vec<[f64; 2]> {
-        let corner = |a: f64, b: f64| {
-            [0, 1].map(|axis| self.centre[axis] + 0.5 * (a * self.edges[0][axis] + b * self.edges[1][axis]))
-        };
-        vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)]
+    /// Place at shares of both edges from the centre, each −½ to ½ within the footprint.
+    pub fn at(&self, shares: [f64; 2]) -> [f64; 2] {
+        [0, 1]
+            .map(|axis| self.centre[axis] + shares[0] * self.edges[0][axis] + shares[1] * self.edges[1][axis])
+    }
+
+    fn corners(&self) -> [[f64; 2]; 4] {
+        [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]].map(|shares| self.at(shares))
     }
 
     fn transposed(&self) -> Self {

@@ -8,12 +8,18 @@ use crate::cells::{Cells, SIDE};
 use crate::code::CyclicCode;
 use crate::maps::{QuantityMode, tiled_maps, tiled_quantity, tiled_waves};
 use crate::octaves::broad_band;
-use crate::pattern::{Direction, Strand, XorPattern};
+use crate::pattern::XorPattern;
 use crate::polynomial::primitive_polynomials;
 use crate::sea::Sea;
 use crate::subterrain::{Subterrain, SubterrainCode};
 use crate::superimposed::Superimposed;
 use crate::tile::Tile;
+
+/// Most octaves, of which the last has wavelengths up to 128 cells.
+const MAX_OCTAVES: u32 = 6;
+
+/// Most codes on top of each other.
+const MAX_CODES: u32 = Superimposed::MAX_CODES as u32;
 
 /// Wavelengths of waves in a tile, cells.
 const WAVELENGTHS: std::ops::RangeInclusive<f64> = 3.0..=30.0;
@@ -23,14 +29,14 @@ const WAVELENGTHS: std::ops::RangeInclusive<f64> = 3.0..=30.0;
 pub enum Generator {
     /// Three codes joined by exclusive or: white, without direction.
     White,
-    /// So many octaves of such patterns, equally strong: as real ground, whose detail goes on at all sizes.
+    /// Octaves of such patterns, equally strong, as in real ground.
     Broad {
         /// Octaves from wavelengths of 2 cells on, 1 to 6.
         octaves: u32,
     },
     /// One code, as in the study: ramps and jumps in lines.
     Codes,
-    /// So many codes on top of each other.
+    /// Several codes on top of each other.
     Superimposed {
         /// Codes, 1 to 8.
         codes: u32,
@@ -106,56 +112,24 @@ impl Generator {
     ///
     /// A parameter is out of its range.
     pub fn cells(self, seed: u64) -> Result<Cells> {
-        let mut random = Random::stream(seed, 9);
-        let mut drawn = || (random.unit() * SIDE as f64) as i64;
-        match self {
-            Self::White => Ok(XorPattern::seeded(seed).cells()),
-            Self::Broad { octaves } => {
-                let octaves = self.checked("octaves", octaves, 6)?;
-                let pattern = |octave| XorPattern::seeded(seed.wrapping_add(octave)).cells();
-                Ok(broad_band(&(0..u64::from(octaves)).map(pattern).collect::<Vec<Cells>>()))
+        Ok(match self {
+            Self::White => XorPattern::seeded(seed).cells(),
+            Self::Broad { octaves } => broad(self.checked("octaves", octaves, MAX_OCTAVES)?, seed),
+            Self::Codes => mosaic(SIDE, seed)?,
+            Self::Superimposed { codes } => superimposed(self.checked("codes", codes, MAX_CODES)?, seed),
+            Self::Mosaic { lines } => mosaic(self.checked("lines", lines, SIDE as u32)? as usize, seed)?,
+            Self::Maps => tiled_maps(seed),
+            Self::Quantity(mode) => tiled_quantity(mode, seed),
+            Self::Waves { wavelength } if WAVELENGTHS.contains(&wavelength) => tiled_waves(wavelength, seed),
+            Self::Waves { wavelength } => {
+                return Err(Error::Configuration(format!(
+                    "waves of {wavelength} cells are no texture of a tile; want {} to {}",
+                    WAVELENGTHS.start(),
+                    WAVELENGTHS.end()
+                )));
             }
-            Self::Codes => {
-                let strand = Strand {
-                    code: any_code(seed),
-                    direction: Direction { column: 1, row: 1 },
-                    phase: drawn(),
-                };
-                Ok(Cells::of(|column, row| f64::from(strand.tone(column, row))))
-            }
-            Self::Superimposed { codes } => {
-                let codes =
-                    Superimposed::new(self.checked("codes", codes, Superimposed::MAX_CODES as u32)? as usize);
-                let (x, y) = (drawn(), drawn());
-                Ok(Cells::of(|column, row| codes.tone(column + x, row + y)))
-            }
-            Self::Mosaic { lines } => {
-                let lines = i64::from(self.checked("lines", lines, SIDE as u32)?);
-                let firsts = (0..SIDE as i64).step_by(lines as usize);
-                let subterrains =
-                    firsts.map(|first_line| Subterrain { first_line, start: drawn() }).collect();
-                let code = SubterrainCode::new(any_code(seed), subterrains)?;
-                Ok(Cells::of(|column, row| f64::from(code.tone(column, row))))
-            }
-            Self::Maps => Ok(tiled_maps(seed)),
-            Self::Quantity(mode) => Ok(tiled_quantity(mode, seed)),
-            Self::Waves { wavelength } if WAVELENGTHS.contains(&wavelength) => {
-                Ok(tiled_waves(wavelength, seed))
-            }
-            Self::Waves { wavelength } => Err(Error::Configuration(format!(
-                "waves of {wavelength} cells are no texture of a tile; want {} to {}",
-                WAVELENGTHS.start(),
-                WAVELENGTHS.end()
-            ))),
-            Self::Sea { codes, time } => {
-                let sea = Sea::new(self.checked("codes", codes, Superimposed::MAX_CODES as u32)? as usize);
-                let (x, y) = (drawn(), drawn());
-                Ok(Cells::of(|column, row| {
-                    let (x0, y0) = ((column + x) as f64, (row + y) as f64);
-                    sea.mean(CellBox { x0, x1: x0 + 1.0, y0, y1: y0 + 1.0 }, time)
-                }))
-            }
-        }
+            Self::Sea { codes, time } => sea(self.checked("codes", codes, MAX_CODES)?, time, seed),
+        })
     }
 
     /// The pattern as a tile, of zero mean over every voxel.
@@ -178,10 +152,42 @@ impl Generator {
     }
 }
 
-/// A code of degree 8 by a seed.
-fn any_code(seed: u64) -> CyclicCode {
+fn broad(octaves: u32, seed: u64) -> Cells {
+    let pattern = |octave| XorPattern::seeded(seed.wrapping_add(octave)).cells();
+    broad_band(&(0..u64::from(octaves)).map(pattern).collect::<Vec<Cells>>())
+}
+
+fn superimposed(codes: u32, seed: u64) -> Cells {
+    let codes = Superimposed::new(codes as usize);
+    let [x, y] = drawn(seed);
+    Cells::of(|column, row| codes.tone(column + x, row + y))
+}
+
+/// One code of a polynomial by a seed, whose lines slip by chance after so many.
+fn mosaic(lines: usize, seed: u64) -> Result<Cells> {
     let polynomials: Vec<u64> = primitive_polynomials(8).collect();
-    CyclicCode::new(polynomials[(seed % polynomials.len() as u64) as usize]).unwrap_or_default()
+    let code = CyclicCode::new(polynomials[(seed % polynomials.len() as u64) as usize])?;
+
+    let mut random = Random::stream(seed, 2);
+    let mut subterrain =
+        |line: usize| Subterrain { first_line: line as i64, start: (random.unit() * SIDE as f64) as i64 };
+    let laid = SubterrainCode::new(code, (0..SIDE).step_by(lines).map(&mut subterrain).collect())?;
+    Ok(Cells::of(|column, row| f64::from(laid.tone(column, row))))
+}
+
+fn sea(codes: u32, time: f64, seed: u64) -> Cells {
+    let sea = Sea::new(codes as usize);
+    let [x, y] = drawn(seed);
+    Cells::of(|column, row| {
+        let (x0, y0) = ((column + x) as f64, (row + y) as f64);
+        sea.mean(CellBox { x0, x1: x0 + 1.0, y0, y1: y0 + 1.0 }, time)
+    })
+}
+
+/// Cell at which a pattern begins.
+fn drawn(seed: u64) -> [i64; 2] {
+    let mut random = Random::stream(seed, 1);
+    [random.unit(), random.unit()].map(|unit| (unit * SIDE as f64) as i64)
 }
 
 #[cfg(test)]
@@ -228,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn check_26_a_tile_of_the_sea_repeats_after_a_period() {
+    fn a_tile_of_the_sea_repeats_after_a_period() {
         let sea = |time| Generator::Sea { codes: 4, time }.tile(3).unwrap();
         assert_eq!(sea(1.5), sea(256.5));
         assert_ne!(sea(1.5), sea(2.5));

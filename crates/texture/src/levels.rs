@@ -75,7 +75,7 @@ mod tests {
     }
 
     #[test]
-    fn check_5_parents_are_the_means_of_their_children_without_error() {
+    fn parents_are_the_means_of_their_children_without_error() {
         for (column, row) in [(1, 1), (2, -1), (0, 1)] {
             let tables = LevelTables::new(strand(column, row));
             for level in 1..4 {
@@ -88,7 +88,7 @@ mod tests {
     }
 
     #[test]
-    fn check_5_levels_are_the_exact_means() {
+    fn levels_are_the_exact_means() {
         let tables = LevelTables::new(strand(1, 1));
         let means = StrandMeans::new(strand(1, 1)).unwrap();
         let along = group_means(&CyclicCode::default(), 16);
@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn check_5_no_step_in_a_slow_zoom_exceeds_a_grey() {
+    fn no_step_in_a_slow_zoom_exceeds_a_grey() {
         let tables = LevelTables::new(strand(1, 1));
         for place in 0..60 {
             let (x, y) = (f64::from(place) * 3.7 - 40.0, f64::from(place) * -1.9);

@@ -10,7 +10,7 @@
 //! | `polynomial`, `code` | polynomials over two elements; shift registers, at any place by a jump |
 //! | `pattern`, `superimposed`, `subterrain`, `solid`, `sea` | codes over the ground: joined, added, slipped, in space, in time |
 //! | `strand`, `levels` | exact means of a code over boxes, and over levels of voxels |
-//! | `estimate`, `footprint`, `pixel_tone`, `projection`, `shades` | the study's way to a pixel's tone, beside the exact one |
+//! | `estimate`, `footprint`, `pixel_tone`, `projection`, `shades`, `window` | the study's way to a pixel's tone, beside the exact one |
 //! | `maps` | linear functions, tables along six axes, waves, materials |
 //! | `cells`, `octaves`, `tile`, `rounding`, `generator` | tiles, and what they are made of |
 //!
@@ -39,6 +39,7 @@ mod strand;
 mod subterrain;
 mod superimposed;
 mod tile;
+mod window;
 
 #[cfg(test)]
 mod spectrum;
@@ -63,3 +64,4 @@ pub use strand::{FixedBox, StrandMeans};
 pub use subterrain::{Subterrain, SubterrainCode};
 pub use superimposed::Superimposed;
 pub use tile::{CELLS_PER_VOXEL, Tile};
+pub use window::{ToneErrors, Window};

@@ -47,7 +47,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn check_18_footprints_are_those_of_the_study() {
+    fn footprints_are_those_of_the_study() {
         // Altitude, feet; range, nautical miles; feet along and across, and what half the last printed digit
         // leaves open.
         let printed = [
@@ -66,7 +66,7 @@ mod tests {
     }
 
     #[test]
-    fn check_18_distance_follows_field_and_size() {
+    fn distance_follows_field_and_size() {
         let distance = |pixels, fov_deg| Projection { pixels, fov_deg }.distance();
         assert!((distance(640, 20.0) - 1814.8).abs() < 0.1);
         assert!((distance(640, 90.0) - 320.0).abs() < 1e-9);

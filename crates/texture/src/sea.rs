@@ -58,7 +58,7 @@ mod tests {
     }
 
     #[test]
-    fn check_26_time_adds_to_the_index() {
+    fn time_adds_to_the_index() {
         let sea = Sea::new(8);
         for (column, row, time) in [(0, 0, 1), (-5, 1000, 37), (77, 3, 254)] {
             let tone = |layer: &StrandMeans| {
@@ -71,7 +71,7 @@ mod tests {
     }
 
     #[test]
-    fn check_26_frames_repeat_after_a_period() {
+    fn frames_repeat_after_a_period() {
         let sea = Sea::new(5);
         let over = CellBox { x0: 3.5, x1: 11.25, y0: -70.0, y1: -68.5 };
         for time in [0.0, 0.25, 17.5, -3.0] {
@@ -81,7 +81,7 @@ mod tests {
     }
 
     #[test]
-    fn check_26_frames_are_coherent() {
+    fn frames_are_coherent() {
         let sea = Sea::new(4);
         let frame = |time: f64| -> Vec<f64> {
             (0..2500).map(|number| sea.mean(cell(number % 50, number / 50), time) - 128.0).collect()

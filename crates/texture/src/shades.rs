@@ -50,7 +50,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn check_11_shades_are_those_of_table_2() {
+    fn shades_are_those_of_table_2() {
         let shades = Shades::new(32, 101).unwrap();
         for (tone, shade) in [(152, 104), (144, 103), (143, 102), (136, 102), (135, 101), (129, 101)] {
             assert_eq!(shades.shade(tone), shade);
@@ -58,7 +58,7 @@ mod tests {
     }
 
     #[test]
-    fn check_11_shades_are_as_many_as_asked_for() {
+    fn shades_are_as_many_as_asked_for() {
         for count in [2, 4, 8, 16, 32, 64, 128, 256] {
             let shades = Shades::new(count, 128).unwrap();
             let mut seen: Vec<u8> = (0..=255).map(|tone| shades.shade(tone)).collect();

@@ -56,7 +56,7 @@ mod tests {
     }
 
     #[test]
-    fn check_15_walls_vary_as_much_as_flat_ground() {
+    fn walls_vary_as_much_as_flat_ground() {
         for at in [0, 77, -1000] {
             let [flat, walls @ ..] = planes(at);
             for wall in walls {
@@ -70,7 +70,7 @@ mod tests {
     }
 
     #[test]
-    fn check_15_walls_do_not_streak() {
+    fn walls_do_not_streak() {
         for plane in planes(5) {
             let spectrum = Spectrum::of(&plane);
             assert!(spectrum.worst_correlation_beyond(8.0) < 0.1);

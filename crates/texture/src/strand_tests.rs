@@ -20,7 +20,7 @@ fn any_box(random: &mut Random, around: f64) -> CellBox {
 }
 
 #[test]
-fn check_8_exact_means_equal_brute_force_in_any_direction() {
+fn exact_means_equal_brute_force_in_any_direction() {
     let mut random = Random(1);
     let mut worst = 0.0_f64;
     for (column, row) in [(1, 1), (1, -1), (1, 2), (2, -1), (2, 1), (1, -2), (4, 7)] {
@@ -34,7 +34,7 @@ fn check_8_exact_means_equal_brute_force_in_any_direction() {
 }
 
 #[test]
-fn check_8_whole_boxes_have_no_error_at_all() {
+fn whole_boxes_have_no_error_at_all() {
     let (means, mut random) = (means(1, 1), Random(2));
     for _ in 0..500 {
         let mut whole = |range: f64| (random.unit() * range).floor();
@@ -47,7 +47,7 @@ fn check_8_whole_boxes_have_no_error_at_all() {
 }
 
 #[test]
-fn check_8_means_are_exact_far_away_and_with_longer_codes() {
+fn means_are_exact_far_away_and_with_longer_codes() {
     let mut random = Random(3);
     for far in [1e9, -1e9] {
         let means = means(2, 1);
@@ -68,7 +68,7 @@ fn check_8_means_are_exact_far_away_and_with_longer_codes() {
 }
 
 #[test]
-fn check_16_detail_against_range_has_the_deviations_of_the_study() {
+fn detail_against_range_has_the_deviations_of_the_study() {
     // Altitude, feet, range, nautical miles, deviation of grey.
     for (altitude, miles, expected) in
         [(1000.0, 5.0, 11.2), (1000.0, 3.0, 21.1), (300.0, 2.0, 16.9), (300.0, 0.5, 56.0)]
@@ -90,7 +90,7 @@ fn check_16_detail_against_range_has_the_deviations_of_the_study() {
 }
 
 #[test]
-fn check_25_whole_numbers_are_within_a_grey_of_real_ones() {
+fn whole_numbers_are_within_a_grey_of_real_ones() {
     let (means, mut random) = (means(1, 2), Random(25));
     let mut worst = 0.0_f64;
     for around in [0.0, 1e6, -1e6] {

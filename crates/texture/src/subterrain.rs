@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn check_10_lines_1_to_5_begin_with_states_1_to_5_then_slip() {
+    fn lines_1_to_5_begin_with_states_1_to_5_then_slip() {
         let code = CyclicCode::default();
         let laid =
             laid(vec![Subterrain { first_line: 1, start: 1 }, Subterrain { first_line: 6, start: 11 }]);
@@ -117,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn check_10_four_patterns_come_from_one_polynomial() {
+    fn four_patterns_come_from_one_polynomial() {
         let mut random = Random(10);
         let starts: Vec<i64> = (0..255).map(|_| (random.unit() * 255.0) as i64).collect();
         let few = Shades::new(4, 128).unwrap();
@@ -151,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn check_8_means_over_borders_are_exact() {
+    fn means_over_borders_are_exact() {
         let mut random = Random(88);
         let laid = laid(every(7, |number| number * number * 31));
         for _ in 0..400 {

@@ -85,7 +85,7 @@ mod tests {
     }
 
     #[test]
-    fn check_12_eight_codes_hide_the_ridges_of_one() {
+    fn eight_codes_hide_the_ridges_of_one() {
         assert!(worst_correlation(1) > 0.999);
         let (four, eight) = (worst_correlation(4), worst_correlation(8));
         assert!(four < 0.35 && eight <= 0.2, "{four} {eight}");

@@ -118,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn check_22_worked_sums_are_exact() {
+    fn worked_sums_are_exact() {
         let [x, y] = worked();
         let sums =
             |row: f64| [0.0, 32.0, 64.0, 96.0].map(|column| x.tone(column + 5.0, 1) + y.tone(row + 31.0, 1));
@@ -130,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn check_22_levels_are_means_of_pairs() {
+    fn levels_are_means_of_pairs() {
         let [x, y] = worked();
         assert_eq!([0.0, 64.0].map(|at| y.tone(at, 2)), [6.0, 3.0]);
         assert_eq!([0.0, 64.0].map(|at| x.tone(at, 2)), [4.0, 4.5]);
@@ -138,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn check_23_zones_widen_from_8_to_512_feet_over_seven_levels() {
+    fn zones_widen_from_8_to_512_feet_over_seven_levels() {
         let table = ZoneTable::random(8.0, 10, 1);
         let widths: Vec<f64> = (1..=7).map(|level| table.zone_width(level)).collect();
         assert_eq!(widths, [8.0, 16.0, 32.0, 64.0, 128.0, 256.0, 512.0]);
@@ -149,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn check_23_contrast_falls_from_level_to_level() {
+    fn contrast_falls_from_level_to_level() {
         for seed in 0..20 {
             let table = ZoneTable::random(8.0, 10, seed);
             assert!((table.contrast(1) - 1.0).abs() < 1e-12);

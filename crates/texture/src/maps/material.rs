@@ -1,6 +1,6 @@
-//! Bits of a material that say how ground maps show on it.
+//! Strengths and levels of ground maps by material.
 
-/// How a material shows ground maps.
+/// Strengths and levels of ground maps on a material.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MapMaterial {
     /// Whether no map shows, as on a river.

@@ -175,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn check_21_sawtooth_and_triangle_have_golden_values() {
+    fn sawtooth_and_triangle_have_golden_values() {
         let function = LinearFunction { x: 1.0, y: 0.0, offset: 0.0 };
         for (x, sawtooth, triangle) in [
             (0.0, 0, 0),
@@ -201,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn check_21_sixteen_modes_have_golden_values() {
+    fn sixteen_modes_have_golden_values() {
         // At 60, 40: q = 600, 460, −19.5; q_a = 600, 460, 1004; q_b = 423, 460, 19.
         // At 10, 50: q = 100, 420, 40.5; q_a = q_b = 100, 420, 40.
         let golden = [
@@ -238,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn check_21_modes_keep_to_their_range() {
+    fn modes_keep_to_their_range() {
         let texture = texture();
         for mode in QuantityMode::ALL {
             for place in 0..500 {

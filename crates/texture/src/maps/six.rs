@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn check_22_no_correlation_far_off_exceeds_a_fifth() {
+    fn no_correlation_far_off_exceeds_a_fifth() {
         let maps = SixMaps::new(8.0, 10, 3);
         assert!((correlation(&maps, [0.0, 0.0], 20_000) - 1.0).abs() < 0.03);
 
@@ -117,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn check_22_contrast_differs_by_less_than_a_tenth_among_directions() {
+    fn contrast_differs_by_less_than_a_tenth_among_directions() {
         let maps = SixMaps::new(8.0, 10, 4);
         for step in [2.0, 4.0, 8.0] {
             let differences: Vec<f64> = (0..24)
@@ -131,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn check_23_contrast_of_the_sum_falls_with_levels() {
+    fn contrast_of_the_sum_falls_with_levels() {
         let maps = SixMaps::new(8.0, 10, 5);
         let deviation = |level: u32| {
             let mut random = Random(5);
@@ -144,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn check_25_materials_choose_maps_primaries_and_levels() {
+    fn materials_choose_maps_primaries_and_levels() {
         let maps = SixMaps::new(8.0, 7, 6);
         for place in 0..200 {
             let (x, y) = (f64::from(place) * 13.7, f64::from(place) * -5.1);
@@ -171,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn check_27_waves_peak_at_their_wavelength() {
+    fn waves_peak_at_their_wavelength() {
         let maps = SixMaps::new(8.0, 7, 7).with_waves(64.0);
         // Power along x at whole numbers of waves over 6400 feet, over several lines.
         let power = |waves: u32| {

@@ -95,7 +95,7 @@ mod tests {
     use crate::spectrum::Spectrum;
 
     #[test]
-    fn check_27_waves_of_a_tile_peak_at_their_wavelength() {
+    fn waves_of_a_tile_peak_at_their_wavelength() {
         for wavelength in [4.0, 6.0, 9.5, 20.0] {
             let spectrum = Spectrum::of(&tiled_waves(wavelength, 3));
             let mut peak = (0.0, 0.0);

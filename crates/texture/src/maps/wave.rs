@@ -48,7 +48,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn check_24_phase_is_kept_over_seven_levels() {
+    fn phase_is_kept_over_seven_levels() {
         let wave = Sinusoid { wavelength: 100.0, phase: 0.7, zone_width: 8.0 };
         let mut before = f64::INFINITY;
         for level in 1..=7 {
@@ -67,7 +67,7 @@ mod tests {
     }
 
     #[test]
-    fn check_24_fine_levels_are_means_over_zones() {
+    fn fine_levels_are_means_over_zones() {
         let wave = Sinusoid { wavelength: 100.0, phase: 0.0, zone_width: 4.0 };
         let finer = Sinusoid { zone_width: 1e-6, ..wave };
         for (level, width) in [(1, 4.0), (2, 8.0), (3, 16.0)] {
