@@ -1,4 +1,5 @@
-//! Measures how true hedgehop's pictures are: ranges (`truth`), colours (`picture`), and what flickers (`flicker`).
+//! Measures how true hedgehop's pictures are: ranges (`truth`), colours (`picture`), what flickers
+//! (`flicker`), and tones of texture (`texture`).
 
 mod args;
 mod engine;
@@ -9,6 +10,7 @@ mod picture;
 mod posts;
 mod random;
 mod report;
+mod texture;
 mod truth;
 mod truths;
 mod views;
@@ -29,6 +31,7 @@ enum Mode {
     Truth(truth::TruthArgs),
     Picture(picture::PictureArgs),
     Flicker(flicker::FlickerArgs),
+    Texture(texture::TextureArgs),
 }
 
 fn main() -> ExitCode {
@@ -36,6 +39,7 @@ fn main() -> ExitCode {
         Mode::Truth(args) => truth::run(&args),
         Mode::Picture(args) => picture::run(&args),
         Mode::Flicker(args) => flicker::run(&args),
+        Mode::Texture(args) => texture::run(&args),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
