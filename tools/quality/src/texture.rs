@@ -67,7 +67,7 @@ struct ErrorRecord {
 #[derive(Debug, Serialize)]
 struct AveragingRecord {
     averaging: &'static str,
-    /// Of 256 shades, and of 32.
+    /// Errors in shades of 256, and of 32.
     shades: Vec<ErrorRecord>,
     /// Root mean square of residuals in each frame, greys.
     frames_rms: Vec<f64>,
