@@ -1,0 +1,34 @@
+//! Ellipses and spheres on a screen in closed form, ways of drawing their edges, and tones of faces.
+//!
+//! ```text
+//! FlatEllipse, Ball ──ViewFrame──▶ seen from an eye ──Raster──▶ ImageConic: extrema, crossings of scan lines
+//!                                                                   ├──▶ CellOverlap: exact shares of pixels
+//!                                                                   ├──▶ LineEdges: edges of eight points a scan line
+//!                                                                   └──▶ distance_share: by distance from the outline
+//! faces ──ToneLaw──▶ flat, gradient and curvature shading; SurfaceTone: tones painted for one eye
+//! ```
+//!
+//! After Bunker and Ferris, *Computer Image Generation: Imagery Improvement: Circles, Contours, and Texture*, AFHRL-TR-77-66,
+//! General Electric, 1977. Sections are those of that report. The renderer draws by rays; pictures are held against this.
+
+mod distance;
+mod edges;
+mod feature;
+mod frame;
+mod image;
+mod overlap;
+mod quadratic;
+mod surface_tone;
+mod tone;
+
+#[cfg(test)]
+mod quality_tests;
+
+pub use distance::{distance_coverage, distance_share};
+pub use edges::{EdgePoint, LineEdges};
+pub use feature::{Ball, Cull, FlatEllipse};
+pub use frame::{Raster, ViewFrame};
+pub use image::{ImageConic, ImagePoint};
+pub use overlap::{CellOverlap, clipped_area, disc_overlap};
+pub use surface_tone::SurfaceTone;
+pub use tone::{ShadedTriangle, ToneLaw, vertex_normal};
