@@ -125,6 +125,7 @@ mod tests {
             position: eye + DVec3::new(3000.0, 4000.0, 0.0),
             attitude: Attitude::default(),
             albedo: Vec3::ONE,
+            priority: 0,
         };
 
         let offset = DVec3::new(500_000.0, 4_649_000.0, 0.0);

@@ -48,7 +48,7 @@ const PART: f64 = 1.2;
 /// A shape or a model somewhere in the world.
 #[derive(Debug, Clone)]
 pub struct Body {
-    /// Number that pictures carry; of two at the same range the lower one is seen. No two have the same.
+    /// Number that pictures carry; of two of one priority at the same range the lower one is seen. No two have the same.
     pub id: u32,
     /// Appearance from all sides.
     pub form: Form,
@@ -58,6 +58,8 @@ pub struct Body {
     pub attitude: Attitude,
     /// Linear Rec. 709 reflectance, 0…1; of a model that of what has no colour of its own.
     pub albedo: Vec3,
+    /// Rank among bodies at the same range but for 1/16384 of it: the highest one is seen.
+    pub priority: i32,
 }
 
 /// Appearance of a form to one eye.
@@ -71,6 +73,7 @@ pub(super) enum SeenForm {
 #[derive(Debug, Clone)]
 pub(super) struct PlacedBody {
     pub id: u32,
+    pub priority: i32,
     pub albedo: Vec3,
     pub sight: SeenForm,
     pub position: DVec3,
@@ -217,6 +220,7 @@ impl PlacedBody {
         let size = corners[1] - corners[0];
         Self {
             id: body.id,
+            priority: body.priority,
             albedo: body.albedo,
             sight,
             position,
@@ -344,6 +348,7 @@ mod tests {
             position: DVec3::new(100.0, 200.0, 50.0),
             attitude,
             albedo: Vec3::ONE,
+            priority: 0,
         };
         PlacedBody::parts(&body, DVec3::ZERO, Footprint::Angle(1.0e-3), Curvature::FLAT).remove(0)
     }
@@ -389,6 +394,7 @@ mod tests {
             position: DVec3::new(30_000.0, 40_000.0, 100.0),
             attitude: Attitude::default(),
             albedo: Vec3::ONE,
+            priority: 0,
         };
         let placed =
             PlacedBody::parts(&body, DVec3::ZERO, Footprint::Angle(1.0e-3), Curvature::standard()).remove(0);

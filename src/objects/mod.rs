@@ -24,6 +24,7 @@ mod outline;
 mod pixel;
 mod pixel_light;
 mod plot;
+mod rank;
 mod ray_coverage;
 mod ribbon;
 mod shadow;

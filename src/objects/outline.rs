@@ -83,6 +83,10 @@ fn rim(shape: &Shape, eye: DVec3, radius: f64, points: &mut Vec<DVec3>) {
         }
 
         Shape::Disc { radius } => OutlineRing::level(radius, 0.0, count).all(points),
+        Shape::Ellipse { radii } => {
+            let axes = [DVec3::X * radii.x, DVec3::Y * radii.y];
+            OutlineRing { points: count, middle: DVec3::ZERO, axes }.all(points);
+        }
         Shape::Box { size } => {
             let corner = |index: usize| {
                 let side = |axis: usize| if index >> axis & 1 == 1 { 0.5 } else { -0.5 };
@@ -204,13 +208,14 @@ mod tests {
     use crate::objects::view::nearest;
     use crate::space::{Attitude, Camera, Pose};
 
-    const SHAPES: [Shape; 6] = [
+    const SHAPES: [Shape; 7] = [
         Shape::Ellipsoid { radii: DVec3::splat(4.0) },
         Shape::Ellipsoid { radii: DVec3::new(9.0, 3.0, 5.0) },
         Shape::Box { size: DVec3::new(8.0, 3.0, 12.0) },
         Shape::Cylinder { radius: 4.0, height: 12.0 },
         Shape::Cone { radius: 5.0, height: 14.0 },
         Shape::Disc { radius: 8.0 },
+        Shape::Ellipse { radii: DVec2::new(9.0, 2.5) },
     ];
 
     /// How far a place lies inside of a convex polygon, pixels; negative outside.
@@ -239,7 +244,7 @@ mod tests {
             let distance = [20.0, 90.0, 3000.0][turn as usize % 3];
             let position = eye + ahead * distance + aside;
             let camera = Camera::new(Pose { eye, attitude: view, hfov: 60.0 }, 200, 160);
-            let body = Body { id: 0, form: shape.into(), position, attitude, albedo: Vec3::ONE };
+            let body = Body { id: 0, form: shape.into(), position, attitude, albedo: Vec3::ONE, priority: 0 };
             let placed = PlacedBody::parts(&body, eye, camera.footprint(), Curvature::FLAT).remove(0);
             let lens = Lens::new(&camera);
             assert!(outline.find(&lens, &placed, &shape), "{turn}, {shape:?}");
@@ -282,6 +287,7 @@ mod tests {
                 position,
                 attitude: Attitude::default(),
                 albedo: Vec3::ONE,
+                priority: 0,
             };
             let placed = PlacedBody::parts(&body, DVec3::ZERO, camera.footprint(), Curvature::FLAT).remove(0);
             assert!(!outline.find(&Lens::new(&camera), &placed, &shape), "{shape:?}");

@@ -9,6 +9,7 @@ use glam::{DVec2, Vec3};
 
 use super::body::{PlacedBody, SeenForm};
 use super::plot::Plot;
+use super::rank::higher;
 use super::ray_coverage::{Aim, Count, ONE_FACE, Pencil, RAYS, SeenFace};
 use super::sheet::Sheets;
 use super::view::{Hit, ShownBody, Square, nearest};
@@ -70,7 +71,7 @@ impl Square<'_> {
 #[derive(Debug)]
 struct Looking<'v> {
     square: &'v Square<'v>,
-    /// Bodies that may be in the row, by id.
+    /// Bodies that may be in the row, by rank.
     row: Vec<&'v ShownBody>,
     /// Bodies that the pixel's ray comes near.
     near: Vec<&'v PlacedBody>,
@@ -188,6 +189,9 @@ impl<'v> Looking<'v> {
             SeenForm::Mesh(_) => None,
         });
         self.aims.extend(aims);
+        for (index, aim) in self.aims.iter_mut().enumerate() {
+            aim.higher = higher(&self.near, index);
+        }
         self.faces.clear();
         self.isa.run(Count { aims: &self.aims, pencil: &pencil, ground, faces: &mut self.faces });
         let ray = lens.ray(&lens.line(middle)?);
@@ -204,7 +208,7 @@ impl<'v> Looking<'v> {
             albedo: face.albedo,
         };
         let colour = self.faces.iter().map(|face| shade(&hit(face), ray) * (face.rays as f32 * each)).sum();
-        // Of faces with as many rays that of the body with the lowest number, which comes first.
+        // Of faces with as many rays that of the body with the highest rank, which comes first.
         let most = self.faces.iter().reduce(|most, face| if face.rays > most.rays { face } else { most })?;
         let normal = most.normal.try_normalize().unwrap_or(Vec3::Z);
         let rays: u32 = self.faces.iter().map(|face| face.rays).sum();

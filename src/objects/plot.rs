@@ -16,6 +16,7 @@ use glam::{DVec2, Vec3};
 use super::area_coverage::{Coverage, clip};
 use super::body::{PlacedBody, SeenForm};
 use super::outline::Outline;
+use super::rank::limit;
 use super::ray_coverage::{ALL, Aim, FEW, Grounds, Pencil, PixelMiddles, PixelRays, PixelRow, SeenFace};
 use super::view::{Hit, SQUARE, ShownBody, Square};
 use crate::objects::{BodyLight, PixelGround};
@@ -176,8 +177,10 @@ impl<'v> Plot<'v> {
                     }
                     Some(other) => {
                         let [other_nearest, other_farthest] = ends(&bodies[other].placed);
-                        // Of two bodies nothing is seen of the farther one where the nearer one fills the pixel.
-                        if share > 1.0 - LEAST && farthest < other_nearest {
+                        // Of two bodies nothing is seen of the farther one where the nearer one fills the pixel. The other one came before by rank.
+                        let is_before = farthest
+                            < limit(other_nearest, shown.placed.priority, bodies[other].placed.priority);
+                        if share > 1.0 - LEAST && is_before {
                             *claim = PixelClaim::by(index);
                             self.shares[pixel] = share;
                             own = Some(own.map_or(row, |own| own.start)..row + 1);

@@ -14,6 +14,7 @@ use super::Shape;
 use super::body::PlacedBody;
 use super::lens::{Lens, Line};
 use super::mesh::Basis;
+use super::rank::TIE;
 use crate::objects::PixelGround;
 use crate::simd::{Floats, Kernel, LANES, Mask, Simd, Sixteen};
 
@@ -57,6 +58,8 @@ pub(super) struct Aim {
     /// Columns: the body's axes in the world.
     axes: [Vec3; 3],
     albedo: Vec3,
+    /// Number of aims before it whose bodies have a higher priority.
+    pub higher: usize,
 }
 
 /// Rays that see one face of a body, or nearly so.
@@ -106,6 +109,18 @@ struct InsideStretch<V: Simd> {
     meets: V::M,
 }
 
+impl<V: Simd> FirstHits<V> {
+    /// Returns multiples of the direction up to which an aim comes before what is seen, if so many aims before it have a higher priority.
+    #[inline(always)]
+    fn limit(&self, simd: V, higher: usize) -> V::F {
+        if higher == 0 {
+            return self.at;
+        }
+        let yields = simd.splat(0.0).le(self.aim) & self.aim.lt(simd.splat(higher as f32));
+        (self.at * simd.splat((1.0 - TIE) as f32)).select(yields, self.at)
+    }
+}
+
 impl Pencil {
     /// Rays about a position of a screen; `None` where there are none.
     pub fn new(lens: &Lens<'_>, middle: DVec2) -> Option<Self> {
@@ -147,6 +162,7 @@ impl Pencil {
             begin: begin as f32,
             axes: body.axes(),
             albedo: body.albedo,
+            higher: 0,
         }
     }
 }
@@ -383,6 +399,12 @@ fn inside<V: Simd>(simd: V, shape: &Shape, origin: Lanes<V::F>, direction: Lanes
             let meets = flat::<V>(point, point).le(simd.splat((radius * radius) as f32));
             InsideStretch { side: all, caps: [at; 2], meets }
         }
+        Shape::Ellipse { radii } => {
+            let at = (simd.splat(0.0) - origin[2]) * not_zero(simd, direction[2]).recip();
+            let point = times(simd, along(origin, direction, at), radii.recip().as_vec2().extend(0.0));
+            let meets = flat::<V>(point, point).le(simd.splat(1.0));
+            InsideStretch { side: all, caps: [at; 2], meets }
+        }
     }
 }
 
@@ -401,7 +423,7 @@ impl Aim {
         let at = enter.select(starts_outside, leave);
         let is_cap = starts_outside & side[0].lt(caps[0]) | !starts_outside & caps[1].lt(side[1]);
         let far = at - begin;
-        let is_seen = meets & enter.le(leave) & begin.le(leave) & far.lt(seen.at);
+        let is_seen = meets & enter.le(leave) & begin.le(leave) & far.lt(seen.limit(simd, self.higher));
         if !is_seen.any() {
             return;
         }
@@ -438,7 +460,7 @@ impl Aim {
                 let is_across = along.le(across);
                 [x.select(is_across, zero), zero.select(is_across, y), zero]
             }
-            Shape::Cylinder { .. } | Shape::Disc { .. } => [x, y, zero],
+            Shape::Cylinder { .. } | Shape::Disc { .. } | Shape::Ellipse { .. } => [x, y, zero],
             Shape::Cone { radius, height } => {
                 let slope = (radius / height * (radius / height)) as f32;
                 [x, y, (simd.splat(height as f32) - z) * simd.splat(slope)]

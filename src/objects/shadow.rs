@@ -287,6 +287,7 @@ mod tests {
             position,
             attitude: Attitude::default(),
             albedo: Vec3::ONE,
+            priority: 0,
         }
     }
 

@@ -1,8 +1,8 @@
 //! Shapes with a closed form.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
-/// A solid, or a disc, in axes of its own: x right, y forward, z up, metres. All are convex.
+/// A solid, a disc or an ellipse, in axes of its own: x right, y forward, z up, metres. All are convex.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Shape {
     /// Around the origin.
@@ -33,6 +33,11 @@ pub enum Shape {
     Disc {
         /// Metres, > 0.
         radius: f64,
+    },
+    /// Level, around the origin, seen from both sides.
+    Ellipse {
+        /// Half axes to the right and forward, metres, > 0.
+        radii: DVec2,
     },
 }
 
@@ -66,6 +71,7 @@ impl Shape {
             }
             Self::Cylinder { radius, height } | Self::Cone { radius, height } => upright(radius, height),
             Self::Disc { radius } => upright(radius, 0.0),
+            Self::Ellipse { radii } => [(-radii).extend(0.0), radii.extend(0.0)],
         }
     }
 
@@ -84,19 +90,25 @@ impl Shape {
                 let taller = height + margin + margin * radius.hypot(height) / radius;
                 Some((Self::Cone { radius: radius * taller / height, height: taller }, margin))
             }
-            Self::Ellipsoid { .. } | Self::Box { .. } | Self::Disc { .. } => None,
+            Self::Ellipsoid { .. } | Self::Box { .. } | Self::Disc { .. } | Self::Ellipse { .. } => None,
         }
     }
 
     /// Finds where the ray from `origin` in `direction` (of any length but 0) first meets the shape; from inside, its inner side.
     pub(super) fn touch(&self, origin: DVec3, direction: DVec3) -> Option<Touch> {
-        if let Self::Disc { radius } = *self {
-            let range = -origin.z / direction.z;
-            let meets =
-                range >= 0.0 && (origin + direction * range).truncate().length_squared() <= radius * radius;
-            let normal = DVec3::Z * -direction.z.signum();
-            return meets.then_some(Touch { range, normal });
-        }
+        let (scale, limit) = match *self {
+            Self::Disc { radius } => (DVec2::ONE, radius * radius),
+            Self::Ellipse { radii } => (radii.recip(), 1.0),
+            _ => return self.touch_solid(origin, direction),
+        };
+        let range = -origin.z / direction.z;
+        let place = (origin + direction * range).truncate() * scale;
+        let meets = range >= 0.0 && place.length_squared() <= limit;
+        let normal = DVec3::Z * -direction.z.signum();
+        meets.then_some(Touch { range, normal })
+    }
+
+    fn touch_solid(&self, origin: DVec3, direction: DVec3) -> Option<Touch> {
         let Inside { from, to, normals } = self.inside(origin, direction)?;
         if from > to || to < 0.0 {
             return None;
@@ -150,7 +162,7 @@ impl Shape {
                 let slab = Inside::between(2, 0.0, height, origin, direction)?;
                 Some(cone(radius / height, origin - DVec3::Z * height, direction)?.and(slab))
             }
-            Self::Disc { .. } => None,
+            Self::Disc { .. } | Self::Ellipse { .. } => None,
         }
     }
 }
@@ -234,13 +246,14 @@ impl Inside {
 mod tests {
     use super::*;
 
-    const SHAPES: [Shape; 6] = [
+    const SHAPES: [Shape; 7] = [
         Shape::Ellipsoid { radii: DVec3::new(2.0, 2.0, 2.0) },
         Shape::Ellipsoid { radii: DVec3::new(1.0, 4.0, 0.5) },
         Shape::Box { size: DVec3::new(2.0, 6.0, 3.0) },
         Shape::Cylinder { radius: 1.5, height: 4.0 },
         Shape::Cone { radius: 2.0, height: 5.0 },
         Shape::Disc { radius: 3.0 },
+        Shape::Ellipse { radii: DVec2::new(1.5, 5.0) },
     ];
 
     /// How far inside a point is, by another way than the library's; 0 on the surface.
@@ -255,6 +268,7 @@ mod tests {
             Shape::Cylinder { radius, height } => (radius - flat).min(point.z).min(height - point.z),
             Shape::Cone { radius, height } => (radius * (1.0 - point.z / height) - flat).min(point.z),
             Shape::Disc { radius } => (radius - flat).min(0.0) - point.z.abs(),
+            Shape::Ellipse { radii } => (1.0 - (point.truncate() / radii).length()).min(0.0) - point.z.abs(),
         }
     }
 
@@ -314,7 +328,10 @@ mod tests {
                 let (point, out) = (origin + direction * range, normal.normalize());
                 // Outward the depth falls at once, by about as much as one goes; at edges by less.
                 let fall = depth(&shape, point - out * 1e-4) - depth(&shape, point + out * 1e-4);
-                assert!(fall > 2e-5 || matches!(shape, Shape::Disc { .. }), "{shape:?}: {fall} at {point}");
+                assert!(
+                    fall > 2e-5 || matches!(shape, Shape::Disc { .. } | Shape::Ellipse { .. }),
+                    "{shape:?}: {fall} at {point}"
+                );
             }
         }
     }

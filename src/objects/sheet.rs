@@ -112,8 +112,16 @@ impl Sheets {
             Footprint::Angle(angle) => [angle as f32, 0.0],
             Footprint::Width(width) => [0.0, width as f32],
         };
-        let patch =
-            MeshPatch { mesh, facets, begin, ratio, footprint, albedo: body.albedo, axes: body.axes() };
+        let patch = MeshPatch {
+            mesh,
+            facets,
+            begin,
+            ratio,
+            footprint,
+            albedo: body.albedo,
+            axes: body.axes(),
+            higher: 0,
+        };
 
         (!patch.facets.is_empty()).then_some(MeshItem::Mesh(patch))
     }

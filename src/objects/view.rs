@@ -7,6 +7,7 @@ use glam::{DVec2, DVec3, Vec3};
 use super::Body;
 use super::body::PlacedBody;
 use super::lens::{Lens, Line};
+use super::rank::{by_rank, limit};
 use crate::earth::Curvature;
 use crate::simd::LANES;
 use crate::space::{Camera, Footprint, Ray};
@@ -24,7 +25,7 @@ const WIDE: f64 = 1.2;
 #[derive(Debug)]
 pub struct BodyView<'c> {
     lens: Lens<'c>,
-    /// Bodies by id.
+    /// Bodies by rank.
     bodies: Vec<ShownBody>,
 }
 
@@ -62,7 +63,7 @@ pub struct Hit {
 #[derive(Debug)]
 pub struct Square<'v> {
     pub(super) lens: Lens<'v>,
-    /// Bodies that may be in it, by id.
+    /// Bodies that may be in it, by rank.
     pub(super) bodies: Vec<&'v ShownBody>,
     /// Columns and rows of the screen.
     pub(super) columns: Range<usize>,
@@ -102,7 +103,7 @@ impl<'c> BodyView<'c> {
         let placed = bodies.iter().flat_map(|body| PlacedBody::parts(body, eye, footprint, curvature));
         let mut bodies: Vec<_> = placed.map(|placed| ShownBody::new(placed, &lens)).collect();
         bodies.retain(|body| !body.columns.is_empty() && !body.rows.is_empty());
-        bodies.sort_by_key(|body| body.placed.id);
+        bodies.sort_by(|one, other| by_rank(&one.placed, &other.placed));
         Self { lens, bodies }
     }
 
@@ -166,23 +167,25 @@ fn meet(a: &Range<usize>, b: &Range<usize>) -> bool {
     a.start < b.end && b.start < a.end
 }
 
-/// The nearest hit among bodies, by id where ranges are equal.
+/// The nearest hit among bodies, which stand by rank: where ranges are equal that of the first.
 pub(super) fn nearest<'p>(
     bodies: impl Iterator<Item = &'p PlacedBody>,
     line: &Line,
     footprint: Footprint,
 ) -> Option<Hit> {
-    let mut nearest: Option<Hit> = None;
+    let mut nearest: Option<(Hit, i32)> = None;
     let metres = line.direction.length();
     for body in bodies {
         if let Some((touch, albedo)) = body.touch(line, footprint)
-            && nearest.is_none_or(|hit| touch.range * metres < hit.range)
+            && nearest.is_none_or(|(hit, priority)| {
+                touch.range * metres < limit(hit.range, body.priority, priority)
+            })
         {
             let (range, normal) = (touch.range * metres, touch.normal.as_vec3());
-            nearest = Some(Hit { id: body.id, range, normal, albedo });
+            nearest = Some((Hit { id: body.id, range, normal, albedo }, body.priority));
         }
     }
-    nearest
+    nearest.map(|(hit, _)| hit)
 }
 
 impl RayCone {
@@ -232,3 +235,7 @@ impl RayCone {
         across * cos - along * sin <= body.radius + self.width
     }
 }
+
+#[cfg(test)]
+#[path = "view_tests.rs"]
+mod tests;

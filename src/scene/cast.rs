@@ -44,6 +44,7 @@ pub struct Cast {
 struct Actor {
     form: Form,
     albedo: Vec3,
+    priority: i32,
     trajectory: Trajectory,
     /// The other end of a line, metres in the world.
     to: Option<DVec3>,
@@ -117,6 +118,7 @@ impl Scene {
                 first: first - object.parts.len(),
                 form: object.form.clone(),
                 albedo: Vec3::from_array(object.albedo),
+                priority: object.priority,
                 trajectory,
                 to,
                 start: object.start,
@@ -227,7 +229,7 @@ impl Actor {
             let pitch = offset.z.atan2(offset.truncate().length()).to_degrees();
             attitude = Attitude { yaw: offset.x.atan2(offset.y).to_degrees(), pitch, roll: 0.0 };
         }
-        Body { id, form, position: pose.eye, attitude, albedo: self.albedo }
+        Body { id, form, position: pose.eye, attitude, albedo: self.albedo, priority: self.priority }
     }
 
     /// Returns the axes of its parts while it is at `pose`, so many seconds after the flight's first fix.
@@ -306,6 +308,7 @@ impl Cast {
                 position: axes.origin,
                 attitude: Attitude::of_body(axes.turn),
                 albedo: Vec3::from_array(part.albedo),
+                priority: part.priority,
             }));
         }
         let count = parts.len();

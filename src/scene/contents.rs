@@ -103,6 +103,8 @@ pub struct Object {
     pub notes: Vec<String>,
     /// Linear Rec. 709 reflectance, 0…1; of a model that of what has no colour of its own.
     pub albedo: [f32; 3],
+    /// Rank among bodies at the same range, −1000…1000.
+    pub priority: i32,
     /// Track of the object; one fix if it stands.
     pub track: Track,
     /// End of a line, if its place and not its length is given.
@@ -135,6 +137,8 @@ pub struct Part {
     pub form: Form,
     /// Linear Rec. 709 reflectance, 0…1; of a model that of what has no colour of its own.
     pub albedo: [f32; 3],
+    /// Rank among bodies at the same range, −1000…1000.
+    pub priority: i32,
     /// Number of the object's part that it goes with, less than its own; `None`: the object itself.
     pub parent: Option<usize>,
     /// Turns a minute about its axis, clockwise as seen from its tip.

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use toml::Spanned;
 
 use crate::objects::{Form, Shape};
@@ -58,12 +58,12 @@ pub(super) fn form(reading: &Reading<'_>, table: &ObjectTable, given: &Spanned<F
         FormKind::Ellipsoid => {
             let sizes = sizes("ellipsoid");
             sizes.takes(&["radii_m"])?;
-            Shape::Ellipsoid { radii: sizes.three("radii_m", &table.radii_m)? }
+            Shape::Ellipsoid { radii: sizes.several("radii_m", &table.radii_m)?.into() }
         }
         FormKind::Box => {
             let sizes = sizes("box");
             sizes.takes(&["size_m"])?;
-            Shape::Box { size: sizes.three("size_m", &table.size_m)? }
+            Shape::Box { size: sizes.several("size_m", &table.size_m)?.into() }
         }
         FormKind::Cylinder => {
             let sizes = sizes("cylinder");
@@ -81,6 +81,12 @@ pub(super) fn form(reading: &Reading<'_>, table: &ObjectTable, given: &Spanned<F
             let sizes = sizes("disc");
             sizes.takes(&["radius_m"])?;
             Shape::Disc { radius: sizes.one("radius_m", &table.radius_m)? }
+        }
+        FormKind::Ellipse => {
+            let sizes = sizes("ellipse");
+            sizes.takes(&["radii_m"])?;
+            let [right, forward] = sizes.several("radii_m", &table.radii_m)?;
+            Shape::Ellipse { radii: DVec2::new(right, forward) }
         }
     };
 
@@ -133,13 +139,13 @@ impl Sizes<'_, '_> {
         value.as_ref().map_or(Ok(0.0), number)
     }
 
-    fn three(&self, key: &str, value: &Option<Spanned<Vec<f64>>>) -> Result<DVec3> {
+    fn several<const N: usize>(&self, key: &str, value: &Option<Spanned<Vec<f64>>>) -> Result<[f64; N]> {
         let value = value.as_ref().ok_or_else(|| self.missing(key))?;
-        let sizes: [f64; 3] = self.reading.numbers(key, value)?;
+        let sizes: [f64; N] = self.reading.numbers(key, value)?;
         if sizes.into_iter().all(is_size) {
-            return Ok(sizes.into());
+            return Ok(sizes);
         }
-        let what = format!("{key} must be three lengths of more than 0 m and at most 100 km, not {sizes:?}");
+        let what = format!("{key} must be {N} lengths of more than 0 m and at most 100 km, not {sizes:?}");
         Err(self.reading.wrong(value.span(), what))
     }
 }

@@ -73,6 +73,7 @@ pub(super) fn object(
         files: appearance.files,
         notes: appearance.notes,
         albedo,
+        priority: table.priority(reading)?.unwrap_or(0),
         track,
         to,
         start,

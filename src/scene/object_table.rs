@@ -13,6 +13,9 @@ use hedgehop_base::colour::{linear_from_srgb8, srgb8_from_hex};
 use hedgehop_base::document::Reading;
 use hedgehop_base::error::Result;
 
+/// Priorities go so far either way.
+const MOST_PRIORITY: i64 = 1000;
+
 /// Characters of the longest name.
 const MOST_NAME: usize = 200;
 
@@ -31,6 +34,7 @@ pub(super) struct ObjectTable {
     pub size_px: Option<Spanned<f64>>,
     pub to: Option<Spanned<Vec<f64>>>,
     pub colour: Option<Spanned<String>>,
+    pub priority: Option<Spanned<i64>>,
     pub at: Option<Spanned<Vec<f64>>>,
     pub at_lonlat: Option<Spanned<Vec<f64>>>,
     pub altitude: Option<Spanned<Above>>,
@@ -75,6 +79,17 @@ impl ObjectTable {
         self.slope.as_ref().is_some_and(|slope| *slope.get_ref())
     }
 
+    /// Returns the rank among bodies at the same range, if it says any.
+    pub fn priority(&self, reading: &Reading<'_>) -> Result<Option<i32>> {
+        let Some(priority) = &self.priority else { return Ok(None) };
+        let number = *priority.get_ref();
+        if number.abs_diff(0) > MOST_PRIORITY.unsigned_abs() {
+            let what = format!("priority must be −{MOST_PRIORITY} to {MOST_PRIORITY}, not {number}");
+            return Err(reading.wrong(priority.span(), what));
+        }
+        Ok(Some(number as i32))
+    }
+
     /// Returns the linear colour, if it says any.
     pub fn albedo(&self, reading: &Reading<'_>) -> Result<Option<[f32; 3]>> {
         let Some(colour) = &self.colour else { return Ok(None) };
@@ -103,6 +118,7 @@ pub(super) enum FormKind {
     Cylinder,
     Cone,
     Disc,
+    Ellipse,
     Line,
     Point,
 }

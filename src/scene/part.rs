@@ -169,6 +169,7 @@ pub(super) fn parts(
             line: reading.line(span),
             form,
             albedo: own.albedo(reading)?.unwrap_or(object.albedo),
+            priority: own.priority(reading)?.unwrap_or(object.priority),
             parent,
             turn_rpm: own.turn_rpm.as_ref().map_or(0.0, |rpm| *rpm.get_ref()),
             table,

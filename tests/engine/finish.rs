@@ -32,6 +32,7 @@ fn ball(east: f64) -> Body {
         position,
         attitude: Attitude::default(),
         albedo: Vec3::ZERO,
+        priority: 0,
     }
 }
 

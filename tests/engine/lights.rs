@@ -83,6 +83,7 @@ fn post([east, north]: [f64; 2], width: f64) -> [Body; 1] {
         position: DVec3::new(500_000.0 + east, 4_000_000.0 + north, 100.0),
         attitude: Attitude::default(),
         albedo: Vec3::splat(0.5),
+        priority: 0,
     }]
 }
 
@@ -116,6 +117,7 @@ fn lamps_are_hidden_by_ground_and_bodies_before_them_and_no_others() {
         position: DVec3::new(502_000.0, 4_001_000.0, 100.0),
         attitude: Attitude::default(),
         albedo: Vec3::splat(0.5),
+        priority: 0,
     };
 
     let bright = seen(lamp(2000.0, 1300.0, 101.0, 1000.0), &[]);

@@ -228,6 +228,7 @@ fn pillar() -> [Body; 1] {
         position: DVec3::new(1200.0, 620.0, 60.0) + ORIGIN.extend(0.0),
         attitude: Attitude::default(),
         albedo: Vec3::splat(0.4),
+        priority: 0,
     }]
 }
 

@@ -58,6 +58,7 @@ fn bodies() -> [Body; 1] {
         position,
         attitude: Attitude::default(),
         albedo: glam::Vec3::splat(0.5),
+        priority: 0,
     }]
 }
 

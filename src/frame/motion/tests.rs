@@ -112,6 +112,7 @@ fn body(id: u32, position: [f64; 3], yaw: f64) -> Body {
         position: position.into(),
         attitude: Attitude { yaw, ..Attitude::default() },
         albedo: Vec3::ONE,
+        priority: 0,
     }
 }
 

@@ -13,6 +13,7 @@ use super::Looking;
 use crate::objects::body::SeenForm;
 use crate::objects::lens::Line;
 use crate::objects::mesh::Facet;
+use crate::objects::rank::{TIE, higher, limit};
 use crate::objects::ray_coverage::{CountAll, MeshItem, MeshPatch, Pencil, Probe};
 use crate::objects::sheet::are_alike;
 use crate::objects::view::nearest;
@@ -69,6 +70,14 @@ impl<'v> Looking<'v> {
             return Some(Some(BodyLight { share: 1.0, colour: shade(&hit, &ray), hit }));
         }
 
+        for (index, item) in items.iter_mut().enumerate() {
+            let higher = higher(&self.near, index);
+            match item {
+                MeshItem::Shape(aim) => aim.higher = higher,
+                MeshItem::Mesh(patch) => patch.higher = higher,
+            }
+        }
+
         self.faces.clear();
         let facets = &self.sheets.facets;
         self.isa.run(CountAll { items: &items, facets, pencil: &pencil, ground, faces: &mut self.faces });
@@ -92,6 +101,9 @@ impl<'v> Looking<'v> {
             return;
         }
 
+        // What is hardly farther is seen if its priority is higher.
+        let is_ranked = self.near.windows(2).any(|pair| pair[0].priority != pair[1].priority);
+        let end = if is_ranked { end / (1.0 - TIE as f32) } else { end };
         let facets = &mut self.sheets.facets;
         let mut kept = 0;
         for item in items.iter_mut() {
@@ -197,7 +209,7 @@ impl<'v> Looking<'v> {
 
     /// Finds the nearest hit of the middle of a pixel on some items.
     fn nearest_of(&self, items: &[MeshItem<'_>], line: &Line) -> Option<Hit> {
-        let mut found: Option<Hit> = None;
+        let mut found: Option<(Hit, i32)> = None;
         for (body, item) in self.near.iter().zip(items) {
             let hit = match (item, &body.sight) {
                 (MeshItem::Mesh(patch), _) => self.middle_of(patch).map(|middle| {
@@ -214,12 +226,14 @@ impl<'v> Looking<'v> {
                 (MeshItem::Shape(_), SeenForm::Mesh(_)) => None,
             };
 
-            found = match (found, hit) {
-                (Some(found), Some(hit)) if hit.range >= found.range => Some(found),
-                (found, hit) => hit.or(found),
-            };
+            if let Some(hit) = hit
+                && found
+                    .is_none_or(|(found, priority)| hit.range < limit(found.range, body.priority, priority))
+            {
+                found = Some((hit, body.priority));
+            }
         }
 
-        found
+        found.map(|(hit, _)| hit)
     }
 }

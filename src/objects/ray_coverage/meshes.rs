@@ -32,6 +32,8 @@ pub(in crate::objects) struct MeshPatch<'m> {
     pub footprint: [f32; 2],
     /// Albedo of the body.
     pub albedo: Vec3,
+    /// Number of items before it whose bodies have a higher priority.
+    pub higher: usize,
     /// Columns: the body's axes in the world.
     pub axes: [Vec3; 3],
 }
@@ -45,7 +47,7 @@ pub(in crate::objects) enum MeshItem<'m> {
 
 /// [`super::Count`] for pixels with meshes.
 pub(in crate::objects) struct CountAll<'a> {
-    /// Meshes by id of their bodies.
+    /// Bodies by rank.
     pub items: &'a [MeshItem<'a>],
     /// Around the pixel's middle.
     pub facets: &'a [Facet],
@@ -124,7 +126,7 @@ impl MeshPatch<'_> {
             let way = linear(simd, facet.way, x, y) / sum;
             let way = way.max(simd.splat(facet.near)).min(simd.splat(facet.far));
             let at = (way + simd.splat(self.begin)) * simd.splat(self.ratio);
-            let mut is_seen = inside & at.lt(looked.seen.at) & zero.le(at);
+            let mut is_seen = inside & at.lt(looked.seen.limit(simd, self.higher)) & zero.le(at);
             let triangle = self.mesh.triangle_at(facet.triangle);
             if self.mesh.is_masked(triangle) && is_seen.any() {
                 is_seen = is_seen & simd.mask(self.there(facet, offsets, is_seen.bits(), lanes(at)));

@@ -61,6 +61,7 @@ fn counts_are_those_of_single_rays() {
         Shape::Cylinder { radius: 4.0, height: 12.0 },
         Shape::Cone { radius: 5.0, height: 14.0 },
         Shape::Disc { radius: 8.0 },
+        Shape::Ellipse { radii: DVec2::new(8.0, 3.0) },
     ];
 
     for (turn, isa) in (0..40).flat_map(|turn| Isa::available().into_iter().map(move |isa| (turn, isa))) {
@@ -75,7 +76,8 @@ fn counts_are_those_of_single_rays() {
                 let distance = [120.0, 3000.0, 12.0][turn as usize % 3] + 5.0 * f64::from(id);
                 let position = ahead.origin + ahead.direction * distance + aside;
                 let shape = shapes[(turn as usize + id as usize) % shapes.len()];
-                let body = Body { id, form: shape.into(), position, attitude, albedo: Vec3::ONE };
+                let body =
+                    Body { id, form: shape.into(), position, attitude, albedo: Vec3::ONE, priority: 0 };
                 PlacedBody::parts(&body, pose.eye, camera.footprint(), Curvature::FLAT).remove(0)
             })
             .collect();

@@ -149,7 +149,7 @@ fn airfield(east: f64, north: f64, up: f64) -> DVec3 {
 
 fn body(form: impl Into<Form>, position: DVec3, yaw: f64, albedo: [f32; 3]) -> Body {
     let attitude = Attitude { yaw, ..Attitude::default() };
-    Body { id: 0, form: form.into(), position, attitude, albedo: Vec3::from(albedo) }
+    Body { id: 0, form: form.into(), position, attitude, albedo: Vec3::from(albedo), priority: 0 }
 }
 
 fn cuboid(size: [f64; 3]) -> Shape {

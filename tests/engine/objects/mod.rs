@@ -1,11 +1,13 @@
 //! Bodies whose pictures are known in closed form, among ground and sky, with both engines.
 
+mod ellipses;
 mod exact;
 mod matte;
 mod merging;
 mod meshes;
 mod outlines;
 mod parts;
+mod priorities;
 mod shadows;
 mod thin;
 
@@ -33,7 +35,7 @@ fn black(form: impl Into<Form>, [east, north, up]: [f64; 3]) -> Body {
     let corner = PLAIN_ORIGIN.extend(0.0);
     let position = corner + glam::DVec3::new(east, north, up);
     let form = form.into();
-    Body { id: 1, form, position, attitude: Attitude::default(), albedo: Vec3::ZERO }
+    Body { id: 1, form, position, attitude: Attitude::default(), albedo: Vec3::ZERO, priority: 0 }
 }
 
 const PLAIN_ORIGIN: DVec2 = DVec2::new(500_000.0, 4_000_000.0);

@@ -87,6 +87,7 @@ fn ranges_are_exact() {
     let bodies = [
         (Shape::Ellipsoid { radii: DVec3::splat(SPHERE.1) }, SPHERE.0),
         (Shape::Disc { radius: DISC.1 }, DISC.0),
+        (Shape::Ellipse { radii: DVec2::new(25.0, 40.0) }, DISC.0),
         (Shape::Box { size: BOX.1.into() }, BOX.0),
         (Shape::Cylinder { radius: 15.0, height: 50.0 }, BOX.0),
         (Shape::Cone { radius: 25.0, height: 50.0 }, BOX.0),
@@ -138,6 +139,13 @@ fn depth(shape: &Shape, point: DVec3) -> f64 {
         // Behind its plane counts as inside.
         Shape::Disc { radius } => {
             if flat <= radius {
+                -point.z
+            } else {
+                f64::NEG_INFINITY
+            }
+        }
+        Shape::Ellipse { radii } => {
+            if (point.truncate() / radii).length() <= 1.0 {
                 -point.z
             } else {
                 f64::NEG_INFINITY

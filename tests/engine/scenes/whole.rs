@@ -7,7 +7,7 @@ use glam::DVec2;
 use super::{CAR, read_beside, slope};
 use hedgehop::Result;
 use hedgehop::geo::Crs;
-use hedgehop::objects::Form;
+use hedgehop::objects::{Form, Shape};
 use hedgehop::scene::*;
 use hedgehop::sunlight::{FilmSun, Sun, SunSetting};
 use hedgehop::weather::{Fog, Weather};
@@ -147,6 +147,24 @@ fn mistakes_name_line_and_key() {
             "line 4",
             "radii_m must be 3",
         ),
+        (
+            "[[object]]\nname = \"b\"\nshape = \"ellipse\"\nradii_m = [1, 2, 3]\nat = [1, 2, 3]",
+            "line 4",
+            "radii_m must be 2 numbers",
+        ),
+        (
+            "[[object]]\nname = \"b\"\nshape = \"ellipse\"\nradii_m = [1, -2]\nat = [1, 2, 3]",
+            "line 4",
+            "2 lengths of more than 0 m",
+        ),
+        (
+            "[[object]]\nname = \"b\"\nshape = \"ellipse\"\nradius_m = 3\nat = [1, 2, 3]",
+            "line 4",
+            "its size is radii_m",
+        ),
+        (&tower(&format!("{whole}priority = 1001")), "line 7", "−1000 to 1000"),
+        (&tower(&format!("{whole}priority = -9223372036854775808")), "line 7", "−1000 to 1000"),
+        (&tower(&format!("{whole}priority = 1.5")), "line 7", "float"),
         (&tower("radius_m = 3\nheight_m = 9\nat = [1, inf, 2]"), "line 6", "at"),
         (&tower("radius_m = 3\nheight_m = 9\nat_lonlat = [1, 95, 2]"), "line 6", "at_lonlat"),
         (&tower(&format!("{whole}at_lonlat = [1, 5, 2]")), "line 7", "not both"),
@@ -354,4 +372,22 @@ fn what_goes_on_above_the_ground_keeps_its_height_there() {
         assert!((leaning.attitude.pitch - pitch).abs() < 1.0 || ends, "{time} s: {leaning:?}, not {pitch}");
         assert!(!ends || (agl.position.z - 3.0 - hill(498.0)).abs() < 0.5, "{time} s: {agl:?}");
     }
+}
+
+#[test]
+fn ellipses_and_priorities_reach_bodies() {
+    let text = "[[object]]\nname = \"mark\"\nshape = \"ellipse\"\nradii_m = [3, 8]\nat = [1, 2, 3]\npriority = 4\n\
+                [[object.part]]\nname = \"rim\"\nshape = \"disc\"\nradius_m = 2\n\
+                [[object.part]]\nname = \"top\"\nshape = \"disc\"\nradius_m = 1\npriority = -6\n\
+                [[object]]\nname = \"plain\"\nshape = \"disc\"\nradius_m = 2\nat = [1, 2, 3]\n";
+    let cast = read_beside(text, &[]).unwrap().bind(&Crs::local(), &slope).unwrap();
+    let names: Vec<String> = cast.names().map(str::to_owned).collect();
+    let bodies = cast.bodies_at(0.0);
+    let of = |name: &str| {
+        let id = names.iter().position(|known| known == name).unwrap();
+        bodies.iter().find(|body| body.id as usize == id).unwrap()
+    };
+    assert_eq!(["mark", "mark/rim", "mark/top", "plain"].map(|name| of(name).priority), [4, 4, -6, 0]);
+    let wanted = Shape::Ellipse { radii: DVec2::new(3.0, 8.0) };
+    assert!(matches!(of("mark").form, Form::Shape(shape) if shape == wanted));
 }

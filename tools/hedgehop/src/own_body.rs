@@ -75,6 +75,7 @@ fn aeroplane(name: String, length: f64, track: Track) -> Result<Object> {
         files: Vec::new(),
         notes: Vec::new(),
         albedo: linear_from_srgb8(COLOUR),
+        priority: 0,
         track,
         to: None,
         start: 0.0,

@@ -204,6 +204,7 @@ fn other(name: String, track: Track, start: f64, codes: [u8; 3]) -> Object {
         files: Vec::new(),
         notes: Vec::new(),
         albedo: linear_from_srgb8(codes),
+        priority: 0,
         track,
         to: None,
         start,

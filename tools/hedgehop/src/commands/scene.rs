@@ -264,6 +264,7 @@ fn shape(shape: &Shape) -> String {
         Shape::Cylinder { radius, height } => format!("cylinder of radius {radius} m, {height} m high"),
         Shape::Cone { radius, height } => format!("cone of radius {radius} m, {height} m high"),
         Shape::Disc { radius } => format!("disc of radius {radius} m"),
+        Shape::Ellipse { radii } => format!("ellipse of radii {} × {} m", radii.x, radii.y),
     }
 }
 
