@@ -29,6 +29,6 @@ pub use edges::{EdgePoint, LineEdges};
 pub use feature::{Ball, Cull, FlatEllipse};
 pub use frame::{Raster, ViewFrame};
 pub use image::{ImageConic, ImagePoint};
-pub use overlap::{CellOverlap, clipped_area, disc_overlap};
+pub use overlap::{CellOverlap, area_of, clipped_area, disc_overlap, half_plane, rectangle};
 pub use surface_tone::SurfaceTone;
 pub use tone::{ShadedTriangle, ToneLaw, vertex_normal};

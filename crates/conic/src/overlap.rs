@@ -39,13 +39,17 @@ impl CellOverlap {
         [self.centre - self.half, self.centre + self.half]
     }
 
+    /// Returns the area of a polygon that lies in the ellipse.
+    pub fn area(&self, polygon: &[DVec2]) -> f64 {
+        let corners: Vec<_> =
+            polygon.iter().map(|corner| self.circle_from_plane * (*corner - self.centre)).collect();
+        disc_overlap(&corners) / self.circle_from_plane.determinant().abs()
+    }
+
     /// Returns the share of the rectangle between two corners that lies in the ellipse, 0…1.
     pub fn share(&self, low: DVec2, high: DVec2) -> f64 {
-        let corners = [low, DVec2::new(high.x, low.y), high, DVec2::new(low.x, high.y)];
-        let corners = corners.map(|corner| self.circle_from_plane * (corner - self.centre));
         let size = high - low;
-        let area = disc_overlap(&corners) / self.circle_from_plane.determinant().abs();
-        (area / (size.x * size.y)).clamp(0.0, 1.0)
+        (self.area(&rectangle(low, high)) / (size.x * size.y)).clamp(0.0, 1.0)
     }
 
     /// Returns the share of the pixel right of and below an element and a line.
@@ -87,26 +91,42 @@ fn edge_overlap(from: DVec2, to: DVec2) -> f64 {
     outside(from, first, enter > 0.0) + 0.5 * first.perp_dot(last) + outside(last, to, leave < 1.0)
 }
 
+/// Corners of the rectangle between two of them, counterclockwise where x goes right and y up.
+pub fn rectangle(low: DVec2, high: DVec2) -> [DVec2; 4] {
+    [low, DVec2::new(high.x, low.y), high, DVec2::new(low.x, high.y)]
+}
+
+/// Finds the part of a convex polygon on that side of the line through `on` to which `inward` points.
+pub fn half_plane(polygon: &[DVec2], on: DVec2, inward: DVec2) -> Vec<DVec2> {
+    let inside = |point: DVec2| inward.dot(point - on);
+    let next = polygon.iter().cycle().skip(1);
+    let mut kept = Vec::with_capacity(polygon.len() + 1);
+    for (from, to) in polygon.iter().zip(next) {
+        let (own, other) = (inside(*from), inside(*to));
+        if own >= 0.0 {
+            kept.push(*from);
+        }
+        if own * other < 0.0 {
+            kept.push(from.lerp(*to, own / (own - other)));
+        }
+    }
+    kept
+}
+
 /// Finds the area of a convex polygon within the rectangle between two corners.
 pub fn clipped_area(polygon: &[DVec2], low: DVec2, high: DVec2) -> f64 {
-    let mut points = polygon.to_vec();
-    for (axis, limit, sign) in [(0, low.x, 1.0), (0, high.x, -1.0), (1, low.y, 1.0), (1, high.y, -1.0)] {
-        let inside = |point: DVec2| sign * (point[axis] - limit);
-        let next = points.iter().cycle().skip(1);
-        let mut kept = Vec::with_capacity(points.len() + 1);
-        for (from, to) in points.iter().zip(next) {
-            let (own, other) = (inside(*from), inside(*to));
-            if own >= 0.0 {
-                kept.push(*from);
-            }
-            if own * other < 0.0 {
-                kept.push(from.lerp(*to, own / (own - other)));
-            }
-        }
-        points = kept;
-    }
-    let next = points.iter().cycle().skip(1);
-    0.5 * points.iter().zip(next).map(|(a, b)| a.perp_dot(*b)).sum::<f64>().abs()
+    let sides = [(low, DVec2::X), (high, DVec2::NEG_X), (low, DVec2::Y), (high, DVec2::NEG_Y)];
+    let points =
+        sides.into_iter().fold(polygon.to_vec(), |points, (on, inward)| half_plane(&points, on, inward));
+    area_of(&points)
+}
+
+/// Returns the area of a polygon that does not cross itself.
+pub fn area_of(polygon: &[DVec2]) -> f64 {
+    // From a corner, so that far ones lose no digits.
+    let Some(first) = polygon.first() else { return 0.0 };
+    let pairs = polygon.windows(2).map(|pair| (pair[0] - *first).perp_dot(pair[1] - *first));
+    0.5 * pairs.sum::<f64>().abs()
 }
 
 #[cfg(test)]

@@ -43,4 +43,6 @@ pub enum Input {
     Terrain(usize),
     /// A pattern on it, by its place in [`super::synthetic::Synthetic::textures`].
     Texture(usize),
+    /// Paint on it, by its place in [`super::synthetic::Synthetic::patches`].
+    Patch(usize),
 }

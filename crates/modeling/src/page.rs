@@ -4,7 +4,7 @@
 //! heights = the mosaic over the block and a voxel around it (slopes need that)
 //! voids   = left empty | the fixed height | interpolated (over a wider mosaic, as far as the fill reaches)
 //! ground  = changed by synthetic shapes
-//! colours = imagery over the block, on top of the palette or the tint by height and slope; textures and water over it
+//! colours = imagery over the block, on top of the palette or the tint by height and slope; textures, water, features and patches over it
 //! ```
 //! Every sample depends on its place in the grid alone, never on the page: aprons equal the neighbours' voxels.
 
@@ -291,6 +291,10 @@ impl<'a> PageMaker<'a> {
             for (index, ..) in self.project.synthetic.water(&self.level, wide) {
                 changed[index] = true;
             }
+            for voxel in self.project.synthetic.painted(&self.level, wide) {
+                let patch = &self.project.synthetic.patches[voxel.patch];
+                changed[voxel.index] |= patch.material == Some(Material::Water) && voxel.share >= 0.5;
+            }
         }
 
         if avoids && let Some(built) = built {
@@ -350,6 +354,10 @@ impl<'a> PageMaker<'a> {
             synthetic::flood(&mut made.voxels, at, share, colour);
         }
 
+        if let Some(built) = &built {
+            self.lay(&mut made, rect, built, around);
+        }
+        self.paint(&mut made.voxels, rect);
         if let Some(built) = &built {
             self.put(&mut made, rect, built, around);
         }

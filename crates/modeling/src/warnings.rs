@@ -32,6 +32,9 @@ pub(super) fn outside(options: &BuildOptions, grid: &Grid) -> Vec<(Input, String
     let textures = synthetic.texture_bounds().map(|(index, bounds)| {
         (Input::Texture(index), format!("[[texture]] number {}", number(index)), bounds)
     });
+    let patches = synthetic
+        .patch_bounds()
+        .map(|(index, bounds)| (Input::Patch(index), format!("[[patch]] number {}", number(index)), bounds));
     let scatters = (0..).zip(&options.scatters).filter_map(|(index, scatter)| {
         Some((
             Input::Scatter(index),
@@ -39,7 +42,7 @@ pub(super) fn outside(options: &BuildOptions, grid: &Grid) -> Vec<(Input, String
             scatter.bbox?,
         ))
     });
-    let all = shapes.chain(textures).chain(scatters);
+    let all = shapes.chain(textures).chain(patches).chain(scatters);
     all.filter_map(|(input, what, bounds)| Some((input, misplaced(&what, bounds, grid)?))).collect()
 }
 

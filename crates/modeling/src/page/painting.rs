@@ -10,6 +10,7 @@ use crate::cloud;
 use crate::features::PlacedSolid;
 use crate::land_cover::{self, LandCover};
 use crate::placing::{Placed, covered};
+use crate::synthetic::PaintedVoxel;
 use crate::tint::mix;
 use crate::warp::{self, Rect};
 use hedgehop::voxel::{Attributes, HeightCode, Material, Span, VoxelBlock};
@@ -134,6 +135,13 @@ impl PageMaker<'_> {
         natural
             .filter(|(.., share)| *share >= 0.5)
             .for_each(|(index, paint, _)| materials[*index] = paint.material.code());
+        for voxel in self.project.synthetic.painted(&self.level, rect) {
+            if let Some(material) = self.project.synthetic.patches[voxel.patch].material
+                && voxel.share >= 0.5
+            {
+                materials[voxel.index] = material.code();
+            }
+        }
         materials
     }
 
@@ -146,11 +154,10 @@ impl PageMaker<'_> {
         }
     }
 
-    /// Puts what was built over `around` on the voxels of a block, whose heights are those of its bare ground.
-    pub(super) fn put(&self, made: &mut MadeBlock, rect: Rect, built: &Built, around: Rect) {
-        let Project { code, grid, .. } = self.project;
+    /// Lays what is painted over `around` on the voxels of a block.
+    pub(super) fn lay(&self, made: &mut MadeBlock, rect: Rect, built: &Built, around: Rect) {
         let inside = |index: usize| within(rect, around, index);
-        let VoxelBlock { heights, colours, attributes, .. } = &mut made.voxels;
+        let VoxelBlock { colours, attributes, .. } = &mut made.voxels;
         for (index, paint, share) in &built.natural {
             let Some(at) = inside(*index) else { continue };
             let (x, y) = rect.voxel(at);
@@ -181,7 +188,33 @@ impl PageMaker<'_> {
                 attributes[at].material = paint.material.code();
             }
         }
+    }
 
+    /// Paints patches on the voxels of a block.
+    pub(super) fn paint(&self, voxels: &mut VoxelBlock, rect: Rect) {
+        let Project { synthetic, materials, .. } = self.project;
+        for PaintedVoxel { index, share, patch, coat } in synthetic.painted(&self.level, rect) {
+            let patch = &synthetic.patches[patch];
+            let own = match (patch.coats[coat].colour, patch.material) {
+                (Some(colour), _) => linear_from_srgb8(colour),
+                (None, Some(material)) => materials.linear(material),
+                (None, None) => continue,
+            };
+            let under = linear_from_srgb8(voxels.colours[index]);
+            voxels.colours[index] = mix(under, own, share * patch.strength).map(srgb8_from_linear);
+            if share >= 0.5
+                && let Some(material) = patch.material
+            {
+                voxels.attributes[index].material = material.code();
+            }
+        }
+    }
+
+    /// Puts what was built over `around` on the voxels of a block, whose heights are those of its bare ground.
+    pub(super) fn put(&self, made: &mut MadeBlock, rect: Rect, built: &Built, around: Rect) {
+        let Project { code, grid, .. } = self.project;
+        let inside = |index: usize| within(rect, around, index);
+        let VoxelBlock { heights, colours, attributes, .. } = &mut made.voxels;
         let mut spans: HashMap<usize, Vec<Span>> = HashMap::new();
         for PlacedSolid { voxel: index, solid } in &built.solids {
             if let Some(at) = inside(*index)

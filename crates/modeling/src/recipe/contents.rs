@@ -28,9 +28,10 @@ pub(super) struct Lines {
     pub(super) land_cover: Vec<usize>,
     pub(super) objects: Vec<usize>,
     pub(super) scatters: Vec<usize>,
-    /// Lines of every shape and every pattern.
+    /// Lines of every shape, every pattern and every patch.
     pub(super) terrain: Vec<usize>,
     pub(super) textures: Vec<usize>,
+    pub(super) patches: Vec<usize>,
     /// Lines of every corridor.
     pub(super) corridors: Vec<usize>,
     /// Lines of the table `[place]`, and of its keys.

@@ -111,6 +111,11 @@ impl<'m, 'r, 'i> Fields<'m, 'r, 'i> {
         self.table.get(key).map(Spanned::span)
     }
 
+    /// Names a key that the table may have, and has not: a slip of the pen is told with it.
+    pub fn known(&mut self, key: &'static str) {
+        self.known.push(key);
+    }
+
     /// A key that would say nothing where it stands is a mistake; it must not have been taken yet.
     pub fn refuse(&self, key: &str, what: impl std::fmt::Display) {
         if let Some(span) = self.span_of(key) {

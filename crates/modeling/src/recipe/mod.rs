@@ -11,12 +11,14 @@ mod cover;
 mod fields;
 mod files;
 mod objects;
+mod patches;
 mod pattern;
 mod route;
 mod synthetic;
 mod tables;
 #[cfg(test)]
 mod tests;
+mod values;
 mod words;
 
 use std::path::Path;
@@ -180,6 +182,7 @@ impl Recipe {
             Input::Scatter(index) => lines.scatters[index],
             Input::Terrain(index) => lines.terrain[index],
             Input::Texture(index) => lines.textures[index],
+            Input::Patch(index) => lines.patches[index],
         }
     }
 

@@ -8,7 +8,8 @@ use toml::Spanned;
 
 use super::fields::{Fields, Mistakes};
 use super::files::file;
-use super::synthetic::{HEIGHT, synthetic};
+use super::synthetic::synthetic;
+use super::values::HEIGHT;
 use super::words::error_in_keys;
 use super::{cover, objects};
 use crate::features::{Columns, FeatureClass, LayerOptions};

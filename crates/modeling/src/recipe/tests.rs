@@ -8,6 +8,7 @@ use hedgehop_geo::VerticalDatum;
 
 mod fitting;
 mod marks;
+mod patches;
 mod placing;
 
 /// A folder with a small elevation raster, and recipes beside it.

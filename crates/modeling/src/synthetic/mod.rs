@@ -5,6 +5,7 @@
 //!          → shapes, in their order; ponds after all others       shapes, line
 //! colour = palette by height and slope, or the tint               palette
 //!          → textures, in their order → water of ponds            texture
+//!          → features → patches                                  patch, markings
 //! ```
 //! All of it is a function of the place and of the level's voxels alone, and is made of `noise` that is the same on every machine.
 //! After Nack et al., US 5,317,689 (1994): synthetic surfaces, random fractals as a transform of elevation, textures and palettes.
@@ -12,8 +13,10 @@
 mod detail;
 mod lattice;
 mod line;
+mod markings;
 pub(super) mod noise;
 mod palette;
+mod patch;
 mod refine;
 mod shapes;
 mod texture;
@@ -22,7 +25,10 @@ use glam::DVec2;
 
 pub use detail::{Detail, Roughness};
 pub(super) use lattice::Lattice;
+pub use markings::{TouchdownZone, bomb_circle, lake};
 pub use palette::{Palette, Stop};
+pub(super) use patch::PaintedVoxel;
+pub use patch::{EllipsePiece, GroundPatch, PaintCoat, Sector};
 pub(super) use refine::{Energies, Refinement};
 pub use shapes::{Circle, Hills, PlateauTop, Terrain};
 pub use texture::{Pattern, Texture};
@@ -45,6 +51,8 @@ pub struct Synthetic {
     pub palette: Option<Palette>,
     /// Patterns over it, each over those before it.
     pub textures: Vec<Texture>,
+    /// Paint over all that lies on the ground.
+    pub patches: Vec<GroundPatch>,
 }
 
 /// Water in a block: index of the voxel, share of it, and its colour (sRGB).
@@ -70,6 +78,16 @@ impl Synthetic {
     pub(super) fn texture_bounds(&self) -> impl Iterator<Item = (usize, [f64; 4])> + '_ {
         let within = |texture: &Texture| texture.within.map(|circle| circle.bounds(0.0));
         self.textures.iter().enumerate().filter_map(move |(index, texture)| Some((index, within(texture)?)))
+    }
+
+    /// The same of `patches`.
+    pub(super) fn patch_bounds(&self) -> impl Iterator<Item = (usize, [f64; 4])> + '_ {
+        self.patches.iter().enumerate().filter_map(|(index, patch)| Some((index, patch.bounds()?)))
+    }
+
+    /// Finds what patches paint on a block, in the order in which it lies on the ground.
+    pub(super) fn painted(&self, level: &LevelGrid, rect: Rect) -> Vec<PaintedVoxel> {
+        patch::painted(&self.patches, level, rect)
     }
 
     /// Shapes in the order in which they change the ground: ponds last, so that their water is level.

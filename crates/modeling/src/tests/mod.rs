@@ -7,6 +7,7 @@ mod empty;
 mod land_cover;
 mod mosaics;
 mod objects;
+mod patches;
 mod pictures;
 mod real;
 mod refusals;

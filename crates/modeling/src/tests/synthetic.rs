@@ -4,7 +4,8 @@ use glam::DVec2;
 
 use super::support::{Area, built, north_up, sheet, terrain, try_build};
 use crate::synthetic::{
-    Circle, Detail, Hills, Palette, Pattern, PlateauTop, Roughness, Stop, Synthetic, Terrain, Texture,
+    Circle, Detail, GroundPatch, Hills, Palette, Pattern, PlateauTop, Roughness, Stop, Synthetic, Terrain,
+    Texture, bomb_circle,
 };
 use crate::warp::{LevelGrid, Rect};
 use crate::{BuildOptions, Interpolation};
@@ -212,6 +213,12 @@ fn all(options: &mut BuildOptions) {
         .filter_map(|pattern| Texture::new(pattern, &[[90, 60, 30], [10, 200, 90], [5; 3]], 70.0))
         .map(|texture| Texture { strength: 0.4, over_imagery: 0.2, turned_deg: 30.0, ..texture })
         .collect(),
+        patches: vec![GroundPatch {
+            coats: bomb_circle(moved(circle(-600.0, -500.0, 280.0)), 5, &[[250; 3], [20, 20, 90]]),
+            material: Some(Material::Concrete),
+            strength: 0.8,
+            priority: 0,
+        }],
     };
 }
 
