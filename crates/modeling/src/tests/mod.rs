@@ -1,5 +1,6 @@
 //! Builds from rasters in memory with known answers, and from real files.
 
+mod contours;
 mod copies;
 mod corridors;
 mod disk_space;
