@@ -235,6 +235,46 @@ mod tests {
         }
     }
 
+    /// Regions of three classes in blobs of a map, each with a density, sizes and forms of its own: counts are within three deviations of what these come to.
+    #[test]
+    fn counts_are_those_of_the_statistics_of_regions() {
+        const SIDE: usize = 602;
+        let square =
+            Square { origin: DVec2::ZERO, first: [-300, 5000], spacing: 1.0, columns: SIDE, rows: SIDE };
+        let class = |index: usize| {
+            let blob = |at: usize| (at / 37) as u64;
+            (mix(blob(index % SIDE) ^ mix(blob(index / SIDE))) % 4) as u8
+        };
+        let materials: Vec<u8> = (0..SIDE * SIDE).map(class).collect();
+        let (heights, free) = (vec![7.0; SIDE * SIDE], vec![false; SIDE * SIDE]);
+        let site =
+            ScatterSite { square, heights: &heights, materials: &materials, features: &free, objects: &free };
+        let inner = |index: &usize| {
+            (1..SIDE - 1).contains(&(index % SIDE)) && (1..SIDE - 1).contains(&(index / SIDE))
+        };
+        let near = |count: usize, expected: f64, what: &str| {
+            let deviation = (count as f64 - expected) / expected.sqrt();
+            assert!(deviation.abs() < 3.0, "{what}: {count}, not {expected}, {deviation} deviations");
+        };
+
+        for seed in 0..20 {
+            for (number, cell) in [(0, 5.3), (1, 8.0), (2, 17.1)] {
+                let mut grounds = Classes::default();
+                grounds.add(number);
+                let scatter = Scatter { cell, seed, grounds: Some(grounds), ..EVERYWHERE() };
+                let mut found = Vec::new();
+                scatter.placements(&site, &mut found);
+
+                let area = (0..SIDE * SIDE).filter(inner).filter(|index| class(*index) == number).count();
+                near(found.len(), area as f64 / (cell * cell), &format!("seed {seed}, class {number}"));
+                for (shape, share) in [(0, 0.25), (1, 0.25), (2, 0.5)] {
+                    let count = found.iter().filter(|placement| placement.shape == shape).count();
+                    near(count, share * found.len() as f64, &format!("seed {seed}, shape {shape}"));
+                }
+            }
+        }
+    }
+
     #[test]
     fn they_keep_to_their_ground() {
         // The slope at x is x / 500.
