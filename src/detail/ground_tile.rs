@@ -21,6 +21,9 @@ const OCTAVES: u64 = 4;
 /// Deviation of roots of light, relative to their mean, that the tile's skewness is right for.
 const SKEW: f64 = 1.0 / 3.0;
 
+/// Steps of the tile per standard deviation: so few that sums have 16 bits.
+const STEPS: f64 = 32.0;
+
 /// Entries of a row of sums.
 const STRIDE: u32 = SIDE as u32 + 1;
 
@@ -31,8 +34,13 @@ pub const FADING: [f64; 2] = [0.9, 1.4];
 #[derive(Debug)]
 pub struct GroundTile {
     tile: Tile,
-    /// Summed areas as bits, `[north][east]`, 256 × 256.
+    /// Summed areas, `[north][east]`, 256 × 255: of 16 bits each an entry, and the one north of it.
     sums: Vec<u32>,
+}
+
+/// Sum in 16 bits; `None` where it is too great.
+fn halfword(sum: i32) -> Option<u16> {
+    i16::try_from(sum).ok().map(|sum| sum as u16)
 }
 
 /// A coordinate among sums: the entry below it, and the share of the way to the next.
@@ -48,8 +56,10 @@ static CODES: LazyLock<Option<GroundTile>> = LazyLock::new(|| {
     let band = broad_band(&octaves);
     let unit = 1.0 / band.deviation();
     let light = band.joined(&band, |value, _| (1.0 + SKEW * unit * value).max(0.0).powi(2));
-    let tile = Tile::new(&light).ok()?;
-    let sums = tile.sums().iter().map(|&sum| sum as u32).collect();
+    let tile = Tile::with_steps(&light, STEPS).ok()?;
+    let (southern, northern) = (tile.sums(), tile.sums().get(STRIDE as usize..)?);
+    let pair = |(&south, &north)| Some(u32::from(halfword(south)?) | u32::from(halfword(north)?) << 16);
+    let sums = southern.iter().zip(northern).map(pair).collect::<Option<_>>()?;
     Some(GroundTile { tile, sums })
 });
 
@@ -94,17 +104,16 @@ impl GroundTile {
     fn sum<V: Simd>(&self, simd: V, x: SumPlace<V>, y: SumPlace<V>) -> V::F {
         let entry = y.entry.shl::<{ STRIDE.ilog2() }>() + x.entry;
         let (west, east) = simd.gather_word_pairs(&self.sums, entry);
-        let lower = between::<V>(west, east, x.share);
-        let (west, east) = simd.gather_word_pairs(&self.sums, entry + simd.splat_int(STRIDE as i32));
+        let lower = between::<V>(west.shl::<16>(), east.shl::<16>(), x.share);
         let upper = between::<V>(west, east, x.share);
         (upper - lower).mul_add(y.share, lower)
     }
 }
 
-/// Between two integers.
+/// Between two integers in the upper halves of words.
 #[inline(always)]
 fn between<V: Simd>(from: V::I, to: V::I, share: V::F) -> V::F {
-    let (from, to) = (from.to_float(), to.to_float());
+    let (from, to) = (from.sar::<16>().to_float(), to.sar::<16>().to_float());
     (to - from).mul_add(share, from)
 }
 

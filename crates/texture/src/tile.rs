@@ -52,6 +52,15 @@ impl Tile {
     /// A value is not finite, or nothing is left of the pattern without its means over voxels, rows and
     /// columns.
     pub fn new(cells: &Cells) -> Result<Self> {
+        Self::with_steps(cells, STEPS_PER_DEVIATION)
+    }
+
+    /// Makes a tile of any pattern in so many steps to one standard deviation, fewer if the pattern has greater peaks: few keep summed areas small.
+    ///
+    /// # Errors
+    ///
+    /// As of [`Self::new`].
+    pub fn with_steps(cells: &Cells, steps_per_deviation: f64) -> Result<Self> {
         if !cells.values().iter().all(|value| value.is_finite()) {
             return Err(Error::Configuration(
                 "a texture pattern has a value that is no finite number".into(),
@@ -69,7 +78,7 @@ impl Tile {
 
         // Steps are as fine as the greatest peak allows.
         let peak = balanced.values().iter().fold(0.0_f64, |peak, value| peak.max(value.abs()));
-        let factor = (STEPS_PER_DEVIATION / deviation).min(MOST_STEPS / peak);
+        let factor = (steps_per_deviation / deviation).min(MOST_STEPS / peak);
         let values: Vec<f64> = balanced.values().iter().map(|value| value * factor).collect();
         let steps = rounding::balanced(&values, CELLS_PER_VOXEL);
 

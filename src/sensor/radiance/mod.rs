@@ -29,6 +29,7 @@ mod sample;
 mod seam_tests;
 #[cfg(test)]
 mod tests;
+mod texels;
 mod window;
 
 pub use cache::{Radiance, RadiancePages};

@@ -5,8 +5,9 @@ use std::sync::Arc;
 use super::RadiancePages;
 use super::cache::LineStrip;
 use super::facing::{Facing, STEEPER};
-use super::lines::{DEVIATION_UNITS, LineFilter, LineImage};
-use crate::simd::{Each, Floats, Ints, LANES, Simd};
+use super::lines::{LineFilter, LineImage};
+use super::texels::{clipped, deviation, radiance, words, words_near};
+use crate::simd::{Each, Floats, LANES, Simd};
 use crate::voxel::{BARE, Grid, PAGE_SIDE, PageId};
 use hedgehop_base::error::Result;
 
@@ -227,6 +228,10 @@ impl<V: Simd> Crossings<'_, '_, V> {
             for texel in [0, LANES, 2 * LANES - 1] {
                 self.simd.prefetch(&image.texels, start + texel);
             }
+            if run.has_detail {
+                self.simd.prefetch(&image.deviations, start);
+                self.simd.prefetch(&image.deviations, start + 2 * LANES - 1);
+            }
             if line.distance <= run.narrow_to {
                 let start = start.min(image.texels.len().saturating_sub(2 * LANES));
                 (place.start, place.origin) = (start as u32, row as i32 - start as i32);
@@ -443,64 +448,4 @@ fn coarser(level: u8) -> u8 {
 #[inline(always)]
 fn slot(span: u8) -> usize {
     (span.trailing_zeros() as usize).min(SPANS - 1)
-}
-
-/// Texels on either side of places.
-#[derive(Clone, Copy)]
-struct TexelPair<V: Simd> {
-    from: V::I,
-    to: V::I,
-    /// Share of the way to the second.
-    share: V::F,
-}
-
-/// Places among a line's texels: the area's edge goes on as its outermost ones.
-#[inline(always)]
-fn clipped<V: Simd>(simd: V, place: V::F, row: usize) -> V::F {
-    place.max(simd.splat(-1.0)).min(simd.splat(row as f32 - 2.001))
-}
-
-/// Texels of a line about places; place −1 is the first.
-#[inline(always)]
-fn words<V: Simd>(simd: V, row: &[u32], place: V::F) -> TexelPair<V> {
-    let floor = place.floor();
-    let (from, to) = simd.gather_word_pairs(row, floor.to_int() + simd.splat_int(1));
-    TexelPair { from, to, share: place - floor }
-}
-
-/// The same, where `near` holds all that are asked for; a line begins with its element `origin`.
-#[inline(always)]
-fn words_near<V: Simd>(simd: V, near: &[u32; 2 * LANES], place: V::F, origin: i32) -> TexelPair<V> {
-    let floor = place.floor();
-    let near: &[[f32; LANES]; 2] = bytemuck::cast_ref(near);
-    let (low, high) = (simd.load(&near[0]), simd.load(&near[1]));
-    let index = floor.to_int() + simd.splat_int(origin + 1);
-    let [from, to] = simd.permute_neighbours(low, high, index);
-    TexelPair { from: from.to_bits(), to: to.to_bits(), share: place - floor }
-}
-
-/// Radiance between texels, in [`UNITS`](crate::pixels::UNITS).
-#[inline(always)]
-fn radiance<V: Simd>(simd: V, texels: TexelPair<V>) -> [V::F; 3] {
-    let TexelPair { from, to, share } = texels;
-    let (low, middle) = (simd.splat_int(0x3ff), simd.splat_int(0x3ff << 10));
-    let red = mix(simd, from & low, to & low, share);
-    let green = mix(simd, from & middle, to & middle, share);
-    let blue = mix(simd, from.shr::<20>(), to.shr::<20>(), share);
-    [red, green, blue]
-}
-
-/// Relative deviation between two, the second of which is in the upper half of words.
-#[inline(always)]
-fn deviation<V: Simd>(simd: V, pairs: V::I, share: V::F) -> V::F {
-    let (from, to) = ((pairs & simd.splat_int(0xffff)).to_float(), pairs.shr::<16>().to_float());
-    (to - from).mul_add(share, from) * simd.splat(1.0 / DEVIATION_UNITS)
-}
-
-/// Between two codes, which are roots.
-#[inline(always)]
-fn mix<V: Simd>(simd: V, from: V::I, to: V::I, share: V::F) -> V::F {
-    let (from, to) = (from.to_float(), to.to_float());
-    let from = from * from;
-    to.mul_add(to, simd.splat(0.0) - from).mul_add(share, from)
 }
