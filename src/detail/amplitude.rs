@@ -20,8 +20,9 @@ pub const AMPLITUDE_REACH: usize = OCTAVE_REACH + SMOOTHING_REACH;
 /// Relative deviation of light (standard deviation over mean) of all hidden octaves together per mean of [`finest`] over the root of light.
 ///
 /// The filter leaves 0.79 of an octave's energy, a voxel's mean holds 1/1.35 of it, the mean of magnitudes is 0.8 of the standard deviation of even noise, four octaves
-/// have twice the deviation of one, and light has twice that of its root.
-const PER_MAGNITUDE: f32 = 6.5;
+/// have twice the deviation of one, and light has twice that of its root: 6.5. A tenth more makes up for imagery whose contrast lies in few places, by eight views over each of
+/// four pictures; others are judged.
+const PER_MAGNITUDE: f32 = 7.2;
 
 /// Greatest relative deviation of light: darker than black is nothing.
 pub const MOST_DEVIATION: f32 = 0.6;
@@ -29,12 +30,13 @@ pub const MOST_DEVIATION: f32 = 0.6;
 /// Root of light below which relative deviations grow no more.
 const DARK: f32 = 0.1;
 
-/// Share of an octave's amplitude that a material has below the voxel: kerbs, cars and ridges make the neighbourhood of what is smooth itself look rough.
+/// Share of an octave's amplitude that a material has below the voxel: kerbs, cars, ridges and shores make the neighbourhood of what is smooth itself look rough.
 pub fn material_factor(material: Material) -> f32 {
     match material {
         Material::Asphalt | Material::Concrete | Material::Metal | Material::Glass => 0.5,
         Material::RoofTiles | Material::RoofFelt | Material::Plaster => 0.5,
         Material::Snow | Material::Ice => 0.6,
+        Material::Water => 0.4,
         _ => 1.0,
     }
 }

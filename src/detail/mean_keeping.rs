@@ -4,6 +4,8 @@
 //! either axis: a voxel of one colour among others loses a quarter to half of its contrast. The inverse of that filter gives it back
 //! (Unser, Aldroubi and Eden 1993, *B-spline signal processing*, do so for splines): taps of √2·(√8 − 3)ⁿ, n posts away.
 
+use std::f32::consts::SQRT_2;
+
 use super::field::{FieldArea, PostField, load};
 use crate::simd::{Floats, LANES, Simd};
 
@@ -11,7 +13,7 @@ use crate::simd::{Floats, LANES, Simd};
 pub const KEEPING_REACH: usize = 3;
 
 /// Weights of a post and of those up to [`KEEPING_REACH`] away; the last holds all that are farther, so that they add up to one.
-const TAPS: [f32; KEEPING_REACH + 1] = [1.414_213_6, -0.242_640_7, 0.041_630_56, -0.006_096_72];
+const TAPS: [f32; KEEPING_REACH + 1] = [SQRT_2, -0.242_640_7, 0.041_630_56, -0.006_096_72];
 
 /// Least share of its own light that a post keeps: light has no sign.
 const LEAST_SHARE: f32 = 0.25;

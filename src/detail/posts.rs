@@ -52,12 +52,12 @@ struct PostScratch {
 }
 
 /// Look at a part of a page.
-struct Looking<'p, 'v> {
+struct DetailLook<'p, 'v> {
     posts: &'p mut DetailPosts,
     source: DetailSource<'v>,
 }
 
-impl Kernel for Looking<'_, '_> {
+impl Kernel for DetailLook<'_, '_> {
     type Output = ();
 
     #[inline(always)]
@@ -83,12 +83,12 @@ impl DetailPosts {
     /// Looks at a part. Every instruction set gives the same bits.
     #[inline(always)]
     pub fn look<V: Simd>(&mut self, simd: V, source: DetailSource<'_>) {
-        simd.call(Looking { posts: self, source });
+        simd.call(DetailLook { posts: self, source });
     }
 
     /// Looks at a part with whatever instructions there are.
     pub fn look_best(&mut self, source: DetailSource<'_>) {
-        Isa::best().run(Looking { posts: self, source });
+        Isa::best().run(DetailLook { posts: self, source });
     }
 
     /// Reads the light of a part's posts and of all that they depend on.
@@ -179,7 +179,7 @@ fn reduce(deviations: &mut [f32], padded: usize, materials: &PostField, area: Fi
     }
 }
 
-/// As many elements as there are lanes for from an index on; beyond the end they are 0.
+/// Copies elements from an index on; beyond the end they are 0.
 #[inline(always)]
 fn some<T: Copy + Default, const N: usize>(plane: &[T], start: usize) -> [T; N] {
     let rest = plane.get(start..).unwrap_or_default();

@@ -92,7 +92,7 @@ fn amplitudes_follow_the_imagery_and_the_material() {
     // The filter leaves (1 − ¼)² + 4·⅛² + 4·(1/16)² of white energy. Of what is spread evenly the mean magnitude is √3/2 of the deviation, of normal numbers √(2/π); their
     // sum is in between.
     let left = (0.75_f32.powi(2) + 4.0 / 64.0 + 4.0 / 256.0).sqrt();
-    let wanted = 6.5 * 0.86 * 0.03 * left / 0.5;
+    let wanted = 7.2 * 0.86 * 0.03 * left / 0.5;
     let found = deviation(&rough);
     assert!((found / wanted - 1.0).abs() < 0.05, "{found} for {wanted}");
     assert_eq!(deviation(&ground(|_, _| [120; 3])), 0.0);

@@ -160,9 +160,9 @@ impl<L: SegmentLights, const FOG_OR_GLOW: bool> Kernel for RowFilling<'_, '_, L,
             squares: simd.load(plane_air.squares),
             edges,
             sums,
+            has_detail: rows.detail.is_some(),
             rows,
             closed: 0,
-            has_detail: false,
         };
         let segments = profile.segments();
         let mut source = source.begin::<V, FOG_OR_GLOW>(simd, segments, plane_air)?;
@@ -174,7 +174,6 @@ impl<L: SegmentLights, const FOG_OR_GLOW: bool> Kernel for RowFilling<'_, '_, L,
             let is_detailed = source.next(chunk, later, &mut lights[1..=chunk.len()])?;
             let taken = &segments[first.saturating_sub(1)..first + chunk.len()];
             let lights = &lights[usize::from(first == 0)..];
-            covering.has_detail |= is_detailed;
             if is_detailed {
                 covering.take::<true>(taken, lights);
             } else {
@@ -247,7 +246,7 @@ struct Covering<'r, V: Simd> {
     /// Tangent up to which each plane is covered, and light from the edge below up to there: light times tangent.
     covered: V::F,
     light: [V::F; CHANNELS],
-    /// Some segment so far has detail below the voxel.
+    /// Detail below the voxel is asked for.
     has_detail: bool,
     /// Rows, from the lowest, that are finished.
     closed: usize,
@@ -313,11 +312,11 @@ impl<V: Simd> Covering<'_, V> {
                 mean.mul_add(rise, self.light[channel]).store_masked(passed, &mut sums[channel].0);
                 self.light[channel] = zero.select(passed, self.light[channel]);
             }
-            // Above what has detail, rows have none.
+            // Here there is none, but there may be some in the rest of a row.
             if !DETAIL && self.has_detail {
-                for channel in DEVIATION..CHANNELS {
-                    self.light[channel].store_masked(passed, &mut sums[channel].0);
-                    self.light[channel] = zero.select(passed, self.light[channel]);
+                for (light, sum) in self.light[DEVIATION..].iter_mut().zip(&mut sums[DEVIATION..]) {
+                    light.store_masked(passed, &mut sum.0);
+                    *light = zero.select(passed, *light);
                 }
             }
             from = edge.select(passed, from);

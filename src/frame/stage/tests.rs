@@ -1,14 +1,18 @@
 //! Rows against a loop of scalars over stretches.
 
+use glam::{DVec2, DVec3};
 use proptest::array::{uniform3, uniform16};
 use proptest::collection::vec;
 use proptest::prelude::*;
 
 use super::cell::{Cell, Scale};
-use super::rows::{CHANNELS, ChunkLights, PlaneLight, SegmentLights};
+use super::rows::{CHANNELS, ChunkLights, DEVIATION, PlaneLight, SegmentLights};
 use super::{EdgeSums, PlaneAir, RowDetail, RowFill};
-use crate::raymarch::scan::{NO_SLOPE, Post, Profile, RowCoordinate, RowTable, SampleLine, VisibleSegment};
+use crate::raymarch::scan::{
+    NO_SLOPE, PlaneGroup, Post, Profile, RowCoordinate, RowTable, SampleLine, VisibleSegment,
+};
 use crate::simd::{Floats, Ints, Isa, Kernel, LANES, Simd, Sixteen};
+use crate::voxel::Grid;
 use crate::weather::{Atmosphere, AtmosphereLanes};
 use hedgehop_base::error::Result;
 
@@ -59,14 +63,32 @@ impl ChunkLights for Given<'_> {
         assert_eq!(rest.len(), later.len());
         lights.copy_from_slice(here);
         self.0 = rest;
-        // Chunks of either kind alternate.
-        Ok(rest.len() / chunk.len().max(1) % 2 == 0)
+        // Chunks with detail and without alternate.
+        let is_detailed = (rest.len() / chunk.len().max(1)).is_multiple_of(2);
+        if !is_detailed {
+            lights.iter_mut().for_each(|light| light[DEVIATION] = Sixteen::default());
+        }
+        Ok(is_detailed)
     }
 }
 
 /// Light without detail.
 fn lit([red, green, blue]: [[f32; LANES]; 3]) -> PlaneLight {
     [Sixteen(red), Sixteen(green), Sixteen(blue), Sixteen::default(), Sixteen([0.01; LANES])]
+}
+
+/// Light with detail.
+fn with_deviation(light: &PlaneLight, deviation: f32) -> PlaneLight {
+    let mut light = *light;
+    light[DEVIATION] = Sixteen([deviation; LANES]);
+    light
+}
+
+/// Planes along the x axis.
+fn planes() -> PlaneGroup {
+    let grid = Grid { nx: 1000, ny: 1000, spacing: 1.0, origin: DVec2::ZERO };
+    let directions = std::array::from_fn(|lane| DVec2::new(1.0, 0.001 * lane as f64));
+    PlaneGroup::new(&grid, DVec2::new(70.0, 90.0), &directions, 0.0)
 }
 
 /// A table of any rows; nobody asks for their coordinate.
@@ -100,6 +122,7 @@ fn fill(
     lights: &[PlaneLight],
     inverse: &mut [Sixteen],
     detail: Option<RowDetail>,
+    stale: f32,
 ) -> Vec<Cell> {
     // The plane image has other rows above and below.
     let below = (1..=BELOW).rev().map(|row| edges[0] - 0.02 * row as f32);
@@ -118,7 +141,7 @@ fn fill(
         detail,
     };
     // What was in the memory before must not matter.
-    let unknown = Sixteen([f32::NAN; LANES]);
+    let unknown = Sixteen([stale; LANES]);
     let mut sums: EdgeSums = vec![[unknown; CHANNELS]; 2 * ROWS];
     let plane_air = PlaneAir { air: &air, squares: &[1.0; LANES] };
     rows.fill(isa, profile, Given(lights), plane_air, &mut sums).unwrap();
@@ -241,12 +264,18 @@ proptest! {
             let mut profile = Profile::default();
             isa.run(Posts(&posts, &mut profile));
             prop_assert_eq!(profile.segments().len(), posts.len());
-            let sky = fill(isa, &edges, &Profile::default(), &[], &mut [], None);
+            let sky = fill(isa, &edges, &Profile::default(), &[], &mut [], None, f32::NAN);
             let mut inverse = vec![Sixteen([f32::NAN; LANES]); ROWS];
-            let cells = fill(isa, &edges, &profile, &lights, &mut inverse, None);
-            let again = fill(isa, &edges, &profile, &lights, &mut [], None);
+            let cells = fill(isa, &edges, &profile, &lights, &mut inverse, None, f32::NAN);
+            let again = fill(isa, &edges, &profile, &lights, &mut [], None, f32::NAN);
             let same = cells.iter().zip(&again).all(|(a, b)| a == b);
             prop_assert!(same, "depth changes light");
+
+            // Detail of 0.3 at most: some rows have it, whatever was in the memory before.
+            let rough: Vec<PlaneLight> = lights.iter().map(|light| with_deviation(light, 0.3)).collect();
+            let detail = RowDetail::new(&planes(), DVec3::new(70.0, 90.0, 100.0), 1.0e-3, 1.0, 1.0);
+            let [one, other] = [f32::NAN, 1.0].map(|stale| fill(isa, &edges, &profile, &rough, &mut [], detail, stale));
+            prop_assert!(one == other, "{isa}: rows depend on what was in the memory");
 
             for (lane, channel) in (0..LANES).flat_map(|lane| (0..3).map(move |channel| (lane, channel))) {
                 let stretch = |to: usize| {

@@ -86,7 +86,7 @@ pub fn warning(
 
     let wide = detail / (FARTHER * height * pixel);
     Ok(Some(format!(
-        "from {} m above the ground this area looks blurred: its details of {} m are {} pixels wide there. Fly at {} m or more, or build it from finer data",
+        "from {} m above the ground this area shows more than it knows: its details of {} m are {} pixels wide there, and what is finer is made up. Fly at {} m or more, or build it from finer data",
         rounded(height),
         rounded(detail),
         rounded(wide),

@@ -51,7 +51,7 @@ fn patterns_are_expanded_and_sharpness_is_told() {
         let args = format!(
             "render area.hop --eye 500800,5000800,{height} --alt-mode agl --size 1280x720 -o view.png"
         );
-        ends(&run(&folder, &args), 0).contains("this area looks blurred")
+        ends(&run(&folder, &args), 0).contains("this area shows more than it knows")
     };
     assert!(blurred(20) && !blurred(700));
 }
