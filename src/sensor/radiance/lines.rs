@@ -51,7 +51,7 @@ pub const DEVIATION_UNITS: f32 = 65535.0;
 pub struct LineImage {
     /// Texels as of a page, `[line][texel]`; a texel more on either side of all that lie across the part.
     pub texels: Vec<u32>,
-    /// Relative deviations of light below the voxel in [`DEVIATION_UNITS`], `[line][texel]` as texels; empty if lines have no detail.
+    /// Relative deviations of light below the voxel, 65,535 to one, `[line][texel]` as texels; empty if lines have no detail.
     pub deviations: Vec<u16>,
     /// Texels from one line to the next: those of the part and two.
     pub row: usize,
