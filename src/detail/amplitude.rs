@@ -1,4 +1,12 @@
 //! Amplitude of the octaves below the voxel, from the finest one that voxels hold.
+//!
+//! ```text
+//! magnitude = |root of light − mean about it|                    what differs in material counts as the post itself
+//! along rows:     the lesser of the means over three posts on either side
+//! along columns:  the same of these
+//! ```
+//!
+//! An edge, of paint, a shadow or a kerb, leaves the posts beside it calm on their other side; texture does not.
 
 use super::field::{FieldArea, PostField, load};
 use crate::simd::{Floats, LANES, Mask, Simd};
@@ -7,22 +15,18 @@ use crate::voxel::Material;
 /// Posts on either side that the finest octave takes.
 const OCTAVE_REACH: usize = 1;
 
-/// Weights of posts over which magnitudes are averaged, from the farthest on one side to that on the other.
-const SMOOTHING: [f32; 2 * SMOOTHING_REACH + 1] =
-    [1.0 / 16.0, 2.0 / 16.0, 3.0 / 16.0, 4.0 / 16.0, 3.0 / 16.0, 2.0 / 16.0, 1.0 / 16.0];
-
-/// Posts on either side over which magnitudes are averaged.
-const SMOOTHING_REACH: usize = 3;
+/// Posts on either side of one whose magnitudes are averaged.
+const SIDE_REACH: usize = 3;
 
 /// Posts on either side of one that its amplitude depends on.
-pub const AMPLITUDE_REACH: usize = OCTAVE_REACH + SMOOTHING_REACH;
+pub const AMPLITUDE_REACH: usize = OCTAVE_REACH + SIDE_REACH;
 
-/// Relative deviation of light (standard deviation over mean) of all hidden octaves together per mean of [`finest`] over the root of light.
+/// Relative deviation of light (standard deviation over mean) of all hidden octaves together per [`calmer_side`] of [`finest`] over the root of light.
 ///
-/// The filter leaves 0.79 of an octave's energy, a voxel's mean holds 1/1.35 of it, the mean of magnitudes is 0.8 of the standard deviation of even noise, four octaves
-/// have twice the deviation of one, and light has twice that of its root: 6.5. A tenth more makes up for imagery whose contrast lies in few places, by eight views over each of
-/// four pictures; others are judged.
-const PER_MAGNITUDE: f32 = 7.2;
+/// The filter leaves 0.79 of an octave's energy, a voxel's mean holds 1/1.35 of it, the lesser sides of even noise have half of its standard deviation, four octaves have
+/// twice the deviation of one, and light has twice that of its root: 10. A fifth more makes up for imagery whose contrast lies in few places, by views over four pictures;
+/// others are judged.
+const PER_MAGNITUDE: f32 = 12.2;
 
 /// Greatest relative deviation of light: darker than black is nothing.
 pub const MOST_DEVIATION: f32 = 0.6;
@@ -70,9 +74,9 @@ impl AmplitudeScratch {
         let Self { magnitudes, smoothed } = self;
         let AmplitudeFields { roots, materials } = fields;
         let FieldArea { first, size: [width, height] } = area;
-        let (stride, padded, rows) = (roots.stride, Self::padded(width), height + 2 * SMOOTHING_REACH);
+        let (stride, padded, rows) = (roots.stride, Self::padded(width), height + 2 * SIDE_REACH);
         let wide = padded + LANES;
-        let origin = first - SMOOTHING_REACH * (stride + 1);
+        let origin = first - SIDE_REACH * (stride + 1);
 
         magnitudes.resize(rows * wide + LANES, 0.0);
         for row in 0..rows {
@@ -87,7 +91,7 @@ impl AmplitudeScratch {
             for column in (0..padded).step_by(LANES) {
                 let beside = Along { at: row * wide + column, step: 1 };
                 let kinds = Along { at: origin + row * stride + column, step: 1 };
-                put(smooth(simd, magnitudes, beside, materials, kinds), smoothed, row * padded + column);
+                put(calmer_side(simd, magnitudes, beside, materials, kinds), smoothed, row * padded + column);
             }
         }
 
@@ -96,8 +100,8 @@ impl AmplitudeScratch {
             for column in (0..padded).step_by(LANES) {
                 let beside = Along { at: row * padded + column, step: padded };
                 let own = first + row * stride + column;
-                let kinds = Along { at: own - SMOOTHING_REACH * stride, step: stride };
-                let magnitude = smooth(simd, smoothed, beside, materials, kinds);
+                let kinds = Along { at: own - SIDE_REACH * stride, step: stride };
+                let magnitude = calmer_side(simd, smoothed, beside, materials, kinds);
                 let root = load(simd, &roots.values, own);
                 let deviation = simd.splat(PER_MAGNITUDE) * magnitude / root.max(simd.splat(DARK));
                 put(deviation.min(simd.splat(MOST_DEVIATION)), deviations, row * padded + column);
@@ -135,18 +139,29 @@ struct Along {
     step: usize,
 }
 
-/// Weighted means of sixteen posts and those around them, of the material of the middle one.
+/// Lesser of the means over either side of sixteen posts, of those of their material: an edge lies to one side of what is beside it, roughness to both.
 #[inline(always)]
-fn smooth<V: Simd>(simd: V, magnitudes: &[f32], along: Along, materials: &PostField, kinds: Along) -> V::F {
-    let kind = load(simd, &materials.values, kinds.at + SMOOTHING_REACH * kinds.step);
-    let (mut sum, mut weights) = (simd.splat(0.0), simd.splat(0.0));
-    for (post, &weight) in SMOOTHING.iter().enumerate() {
-        let counts = is_alike(load(simd, &materials.values, kinds.at + post * kinds.step), kind);
-        let weight = simd.splat(weight).select(counts, simd.splat(0.0));
-        sum = sum + load(simd, magnitudes, along.at + post * along.step) * weight;
-        weights = weights + weight;
-    }
-    sum / weights
+fn calmer_side<V: Simd>(
+    simd: V,
+    magnitudes: &[f32],
+    along: Along,
+    materials: &PostField,
+    kinds: Along,
+) -> V::F {
+    let kind = load(simd, &materials.values, kinds.at + SIDE_REACH * kinds.step);
+    let own = load(simd, magnitudes, along.at + SIDE_REACH * along.step);
+    let [before, behind] = [0, SIDE_REACH + 1].map(
+        #[inline(always)]
+        |first| {
+            let mut sum = simd.splat(0.0);
+            for post in first..first + SIDE_REACH {
+                let is_own = is_alike(load(simd, &materials.values, kinds.at + post * kinds.step), kind);
+                sum = sum + load(simd, magnitudes, along.at + post * along.step).select(is_own, own);
+            }
+            sum
+        },
+    );
+    before.min(behind) * simd.splat(1.0 / SIDE_REACH as f32)
 }
 
 /// Whether numbers of materials are the same.

@@ -1,7 +1,7 @@
 //! Posts of a part of a page with what detail needs of them.
 
 use super::amplitude::{AMPLITUDE_REACH, AmplitudeFields, AmplitudeScratch, material_factor};
-use super::field::{FieldArea, PostField, VOID_POST};
+use super::field::{FieldArea, PostField, VOID_POST, load};
 use super::mean_keeping::{KEEPING_REACH, keep_means};
 use crate::simd::{Floats, Ints, Isa, Kernel, LANES, Simd};
 use crate::voxel::{APRON, HeightCode, Material, PageView};
@@ -33,7 +33,7 @@ pub struct DetailSource<'v> {
 /// Colours and amplitudes of a part's posts and of those around it; memory for them that is used again and again.
 #[derive(Debug, Default)]
 pub struct DetailPosts {
-    /// Linear reflectances by channel with [`DETAIL_MARGIN`] around the part. Up to [`DETAIL_RING`] around it they keep the means of voxels.
+    /// Linear reflectances by channel with [`DETAIL_MARGIN`] around the part. Up to [`DETAIL_RING`] around it their luminance keeps the means of voxels.
     colours: [PostField; 3],
     /// Relative deviations of light below the voxel, `[north][east]`, with [`DETAIL_RING`] around the part.
     deviations: Vec<f32>,
@@ -46,6 +46,8 @@ pub struct DetailPosts {
 struct PostScratch {
     /// Roots of luminance and materials, as colours.
     fields: AmplitudeFields,
+    /// Luminance, as colours.
+    luminance: PostField,
     between: Vec<f32>,
     kept: Vec<f32>,
     amplitude: AmplitudeScratch,
@@ -67,15 +69,14 @@ impl Kernel for DetailLook<'_, '_> {
 
         let size = source.size.map(|side| side as usize + 2 * DETAIL_RING);
         let DetailPosts { colours, deviations, padded, scratch } = posts;
-        let PostScratch { fields, between, kept, amplitude } = scratch;
+        let PostScratch { fields, luminance, between, kept, amplitude } = scratch;
         let area = FieldArea { first: REACH * (fields.roots.stride + 1), size };
         amplitude.find(simd, fields, area, deviations);
         *padded = AmplitudeScratch::padded(size[0]);
         reduce(deviations, *padded, &fields.materials, area);
 
-        for field in colours {
-            keep_means(simd, field, area, between, kept);
-        }
+        keep_means(simd, luminance, area, between, kept);
+        brighten(simd, colours, &fields.roots, luminance, area);
     }
 }
 
@@ -94,7 +95,7 @@ impl DetailPosts {
     /// Reads the light of a part's posts and of all that they depend on.
     #[inline(always)]
     fn read<V: Simd>(&mut self, simd: V, source: &DetailSource<'_>) {
-        let Self { colours, scratch: PostScratch { fields, .. }, .. } = self;
+        let Self { colours, scratch: PostScratch { fields, luminance: luminances, .. }, .. } = self;
         let AmplitudeFields { roots, materials } = fields;
         let view = &source.view;
         let wide = view.width as usize + 2 * APRON as usize;
@@ -104,7 +105,7 @@ impl DetailPosts {
         let (low, void) = (simd.splat_int(0xff), simd.splat(VOID_POST));
         colours
             .iter_mut()
-            .chain([&mut *roots, &mut *materials])
+            .chain([&mut *roots, &mut *materials, &mut *luminances])
             .for_each(|field| field.resize(width, height));
 
         source.materials(materials, [width, height]);
@@ -126,8 +127,11 @@ impl DetailPosts {
                         void.select(none, light).store(target);
                     }
                 }
-                if let Some(target) = roots.values[row * width + column..].first_chunk_mut() {
-                    void.select(none, luminance.sqrt()).store(target);
+                let at = row * width + column;
+                for (field, value) in [(&mut *roots, luminance.sqrt()), (&mut *luminances, luminance)] {
+                    if let Some(target) = field.values[at..].first_chunk_mut() {
+                        void.select(none, value).store(target);
+                    }
                 }
             }
         }
@@ -164,6 +168,36 @@ impl DetailSource<'_> {
             let posts = &self.view.attributes[within(y, 1, self.view.height) * wide..][..wide];
             for (x, material) in row.iter_mut().enumerate() {
                 *material = f32::from(posts[within(x, 0, self.view.width)].material);
+            }
+        }
+    }
+}
+
+/// Brightens the colours of an area's posts from the luminance whose root is known to another one: hues stay, so that edges have no fringes.
+#[inline(always)]
+fn brighten<V: Simd>(
+    simd: V,
+    colours: &mut [PostField; 3],
+    roots: &PostField,
+    luminance: &PostField,
+    area: FieldArea,
+) {
+    let FieldArea { first, size: [width, height] } = area;
+    let (zero, least) = (simd.splat(0.0), simd.splat(f32::MIN_POSITIVE));
+    for row in 0..height {
+        let start = first + row * roots.stride;
+        for column in (0..width).step_by(LANES) {
+            let (root, light) =
+                (load(simd, &roots.values, start + column), load(simd, &luminance.values, start + column));
+            let factor = light / (root * root).max(least);
+            let factor = factor.select(zero.lt(root), simd.splat(1.0));
+            // Lanes behind the area are as they were.
+            let lanes = simd.mask(u16::MAX >> (LANES - (width - column).min(LANES)));
+            for field in colours.iter_mut() {
+                let colour = load(simd, &field.values, start + column) * factor;
+                if let Some(target) = field.values[start + column..].first_chunk_mut() {
+                    colour.store_masked(lanes, target);
+                }
             }
         }
     }

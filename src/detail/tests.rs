@@ -89,13 +89,14 @@ fn amplitudes_follow_the_imagery_and_the_material() {
         }
         sum / 576.0
     };
-    // The filter leaves (1 − ¼)² + 4·⅛² + 4·(1/16)² of white energy. Of what is spread evenly the mean magnitude is √3/2 of the deviation, of normal numbers √(2/π); their
-    // sum is in between.
+    // The filter leaves (1 − ¼)² + 4·⅛² + 4·(1/16)² of white energy; of neighbours that hang together the lesser sides have two thirds of the deviation.
     let left = (0.75_f32.powi(2) + 4.0 / 64.0 + 4.0 / 256.0).sqrt();
-    let wanted = 7.2 * 0.86 * 0.03 * left / 0.5;
+    let wanted = 12.2 * 0.6 * 0.03 * left / 0.5;
     let found = deviation(&rough);
-    assert!((found / wanted - 1.0).abs() < 0.05, "{found} for {wanted}");
+    assert!((found / wanted - 1.0).abs() < 0.15, "{found} for {wanted}");
     assert_eq!(deviation(&ground(|_, _| [120; 3])), 0.0);
+    // Edges are no roughness.
+    assert_eq!(deviation(&ground(|x, y| if x < 20 || y > 25 { [40; 3] } else { [200; 3] })), 0.0);
     assert!(
         deviation(&ground(|x, y| [if chance(x, y, 3) < 0.5 { 0 } else { 255 }; 3])) < 1.001 * MOST_DEVIATION
     );
