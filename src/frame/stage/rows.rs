@@ -179,7 +179,7 @@ impl<L: SegmentLights, const FOG_OR_GLOW: bool> Kernel for RowFilling<'_, '_, L,
             } else {
                 covering.take::<false>(taken, lights);
             }
-            covering.close_rows();
+            covering.close_rows(false);
         }
 
         covering.finish::<FOG_OR_GLOW>(plane_air);
@@ -359,31 +359,32 @@ impl<V: Simd> Covering<'_, V> {
         }
     }
 
-    /// Takes light from edges to rows that all planes cover: with detail, which needs the row above, too, one later.
+    /// Takes light from edges to rows that all planes cover: with detail, which needs the row above, too, one later, unless there `is_nothing` above.
     #[inline(always)]
-    fn close_rows(&mut self) {
+    fn close_rows(&mut self, is_nothing: bool) {
         let least = self.covered.least();
         let per_rows = &self.rows.row_table.per_row[self.rows.first..];
-        let later = usize::from(self.has_detail);
+        let later = usize::from(self.has_detail && !is_nothing);
         while self.closed < self.rows.cells.len()
             && self.edges.get(self.closed + 1 + later).is_some_and(|&edge| edge <= least)
         {
             let (row, per_row) = (self.closed, per_rows[self.closed]);
             let mut light = mean(self.simd, &self.sums[row + 1], per_row);
             if self.has_detail {
-                self.add_detail(row, per_rows, &mut light);
+                let beside = if is_nothing { row.saturating_sub(1) } else { row + 1 };
+                self.add_detail(row, beside, per_rows, &mut light);
             }
             self.rows.scale.encode(self.simd, light, &mut self.rows.cells[row]);
             self.closed += 1;
         }
     }
 
-    /// Multiplies the light of a row by what lies below the voxel. The row above tells how far the surface goes on from edge to edge.
+    /// Multiplies the light of a row by what lies below the voxel. The row `beside` it tells how far the surface goes on from edge to edge.
     #[inline(always)]
-    fn add_detail(&self, row: usize, per_rows: &[f32], light: &mut [V::F; 3]) {
+    fn add_detail(&self, row: usize, beside: usize, per_rows: &[f32], light: &mut [V::F; 3]) {
         let simd = self.simd;
         let Some(detail) = &self.rows.detail else { return };
-        let [sum, above] = [&self.sums[row + 1], &self.sums[row + 2]];
+        let [sum, next] = [row, beside].each(|row| &self.sums[row + 1]);
         let per_row = simd.splat(per_rows[row]);
         let deviation = simd.load(&sum[DEVIATION].0) * per_row;
         if deviation.greatest() < LEAST_DEVIATION {
@@ -392,7 +393,7 @@ impl<V: Simd> Covering<'_, V> {
 
         let tangent = self.rows.row_table.centres[self.rows.first + row];
         let inverse = simd.load(&sum[INVERSE].0) * per_row;
-        let change = simd.load(&above[INVERSE].0) * simd.splat(per_rows[row + 1]) - inverse;
+        let change = simd.load(&next[INVERSE].0) * simd.splat(per_rows[beside]) - inverse;
         let slant = (self.squares + simd.splat(tangent * tangent)).sqrt();
         let factor = detail.factor(simd, &DetailedRow { inverse, change, slant, deviation });
         for light in light {
@@ -404,10 +405,9 @@ impl<V: Simd> Covering<'_, V> {
     #[inline(always)]
     fn finish<const FOG_OR_GLOW: bool>(mut self, plane_air: PlaneAir<'_>) {
         let simd = self.simd;
-        self.close_rows();
+        self.close_rows(false);
         // The last row has nothing whole above it.
-        self.has_detail = false;
-        self.close_rows();
+        self.close_rows(true);
         let open = self.closed + 1;
         // Above this edge there is nothing but sky.
         let greatest = self.covered.greatest();
