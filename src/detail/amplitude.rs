@@ -31,6 +31,9 @@ const PER_MAGNITUDE: f32 = 12.2;
 /// Greatest relative deviation of light: darker than black is nothing.
 pub const MOST_DEVIATION: f32 = 0.6;
 
+/// Standard deviations of light that reach white, and no further: what is nearly white cannot be much lighter in places.
+const UP_TO_WHITE: f32 = 3.0;
+
 /// Root of light below which relative deviations grow no more.
 const DARK: f32 = 0.1;
 
@@ -58,7 +61,7 @@ pub struct AmplitudeFields {
 #[derive(Debug, Default)]
 pub struct AmplitudeScratch {
     magnitudes: Vec<f32>,
-    smoothed: Vec<f32>,
+    along_rows: Vec<f32>,
 }
 
 impl AmplitudeScratch {
@@ -71,13 +74,14 @@ impl AmplitudeScratch {
         area: FieldArea,
         deviations: &mut Vec<f32>,
     ) {
-        let Self { magnitudes, smoothed } = self;
+        let Self { magnitudes, along_rows } = self;
         let AmplitudeFields { roots, materials } = fields;
         let FieldArea { first, size: [width, height] } = area;
         let (stride, padded, rows) = (roots.stride, Self::padded(width), height + 2 * SIDE_REACH);
         let wide = padded + LANES;
         let origin = first - SIDE_REACH * (stride + 1);
 
+        // Of all posts that sides reach.
         magnitudes.resize(rows * wide + LANES, 0.0);
         for row in 0..rows {
             for column in (0..wide).step_by(LANES) {
@@ -86,12 +90,17 @@ impl AmplitudeScratch {
             }
         }
 
-        smoothed.resize(rows * padded, 0.0);
+        // Calmer sides along rows, then along columns.
+        along_rows.resize(rows * padded, 0.0);
         for row in 0..rows {
             for column in (0..padded).step_by(LANES) {
                 let beside = Along { at: row * wide + column, step: 1 };
                 let kinds = Along { at: origin + row * stride + column, step: 1 };
-                put(calmer_side(simd, magnitudes, beside, materials, kinds), smoothed, row * padded + column);
+                put(
+                    calmer_side(simd, magnitudes, beside, materials, kinds),
+                    along_rows,
+                    row * padded + column,
+                );
             }
         }
 
@@ -101,10 +110,14 @@ impl AmplitudeScratch {
                 let beside = Along { at: row * padded + column, step: padded };
                 let own = first + row * stride + column;
                 let kinds = Along { at: own - SIDE_REACH * stride, step: stride };
-                let magnitude = calmer_side(simd, smoothed, beside, materials, kinds);
+                let magnitude = calmer_side(simd, along_rows, beside, materials, kinds);
                 let root = load(simd, &roots.values, own);
-                let deviation = simd.splat(PER_MAGNITUDE) * magnitude / root.max(simd.splat(DARK));
-                put(deviation.min(simd.splat(MOST_DEVIATION)), deviations, row * padded + column);
+                let root = root.max(simd.splat(DARK));
+                let room =
+                    (simd.splat(1.0) / (root * root) - simd.splat(1.0)) * simd.splat(1.0 / UP_TO_WHITE);
+                let deviation = (simd.splat(PER_MAGNITUDE) * magnitude / root).min(room);
+                let deviation = deviation.min(simd.splat(MOST_DEVIATION)).max(simd.splat(0.0));
+                put(deviation, deviations, row * padded + column);
             }
         }
     }

@@ -175,8 +175,7 @@ fn light_beside_holes_is_that_of_the_ground() {
     for (yaw, hfov) in [(0.0, 60.0), (13.0, 40.0), (-31.0, 80.0), (44.0, 60.0)] {
         let attitude = Attitude { yaw, pitch: -6.0, roll: 0.0 };
         let camera = Camera::new(Pose { eye: DVec3::new(2000.0, 500.0, 450.0), attitude, hfov }, 200, 120);
-        // Detail varies light; holes are what may not.
-        let clear = RenderOptions { visibility: f64::INFINITY, detail_synthesis: 0.0, ..options() };
+        let clear = RenderOptions { visibility: f64::INFINITY, ..options() };
         let frame = Renderer::new(&area, &clear).frame(&camera, &farm).unwrap().frame;
         assert!(frame.range.iter().any(|range| range.is_finite()));
         for (index, light) in frame.colour.iter().enumerate() {
