@@ -390,7 +390,7 @@ mod tests {
     fn far_bodies_are_lowered_with_their_ground() {
         let body = Body {
             id: 0,
-            form: Shape::Disc { radius: 1.0 }.into(),
+            form: Shape::disc(1.0).into(),
             position: DVec3::new(30_000.0, 40_000.0, 100.0),
             attitude: Attitude::default(),
             albedo: Vec3::ONE,

@@ -82,7 +82,6 @@ fn rim(shape: &Shape, eye: DVec3, radius: f64, points: &mut Vec<DVec3>) {
             }
         }
 
-        Shape::Disc { radius } => OutlineRing::level(radius, 0.0, count).all(points),
         Shape::Ellipse { radii } => {
             let axes = [DVec3::X * radii.x, DVec3::Y * radii.y];
             OutlineRing { points: count, middle: DVec3::ZERO, axes }.all(points);
@@ -214,7 +213,7 @@ mod tests {
         Shape::Box { size: DVec3::new(8.0, 3.0, 12.0) },
         Shape::Cylinder { radius: 4.0, height: 12.0 },
         Shape::Cone { radius: 5.0, height: 14.0 },
-        Shape::Disc { radius: 8.0 },
+        Shape::disc(8.0),
         Shape::Ellipse { radii: DVec2::new(9.0, 2.5) },
     ];
 

@@ -393,12 +393,6 @@ fn inside<V: Simd>(simd: V, shape: &Shape, origin: Lanes<V::F>, direction: Lanes
 
             InsideStretch { side, caps, meets }
         }
-        Shape::Disc { radius } => {
-            let at = (simd.splat(0.0) - origin[2]) * not_zero(simd, direction[2]).recip();
-            let point = along(origin, direction, at);
-            let meets = flat::<V>(point, point).le(simd.splat((radius * radius) as f32));
-            InsideStretch { side: all, caps: [at; 2], meets }
-        }
         Shape::Ellipse { radii } => {
             let at = (simd.splat(0.0) - origin[2]) * not_zero(simd, direction[2]).recip();
             let point = times(simd, along(origin, direction, at), radii.recip().as_vec2().extend(0.0));
@@ -460,7 +454,7 @@ impl Aim {
                 let is_across = along.le(across);
                 [x.select(is_across, zero), zero.select(is_across, y), zero]
             }
-            Shape::Cylinder { .. } | Shape::Disc { .. } | Shape::Ellipse { .. } => [x, y, zero],
+            Shape::Cylinder { .. } | Shape::Ellipse { .. } => [x, y, zero],
             Shape::Cone { radius, height } => {
                 let slope = (radius / height * (radius / height)) as f32;
                 [x, y, (simd.splat(height as f32) - z) * simd.splat(slope)]

@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-/// A solid, a disc or an ellipse, in axes of its own: x right, y forward, z up, metres. All are convex.
+/// A solid or a flat ellipse, in axes of its own: x right, y forward, z up, metres. All are convex.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Shape {
     /// Around the origin.
@@ -30,11 +30,6 @@ pub enum Shape {
         height: f64,
     },
     /// Level, around the origin, seen from both sides.
-    Disc {
-        /// Metres, > 0.
-        radius: f64,
-    },
-    /// Level, around the origin, seen from both sides.
     Ellipse {
         /// Half axes to the right and forward, metres, > 0.
         radii: DVec2,
@@ -59,6 +54,11 @@ struct Inside {
 }
 
 impl Shape {
+    /// Makes an ellipse that is a circle, of `radius` metres, > 0.
+    pub const fn disc(radius: f64) -> Self {
+        Self::Ellipse { radii: DVec2::splat(radius) }
+    }
+
     /// Least and greatest corner of the box around it, metres.
     pub fn corners(&self) -> [DVec3; 2] {
         let upright = |radius: f64, height: f64| {
@@ -70,7 +70,6 @@ impl Shape {
                 [DVec3::new(-0.5 * x, -0.5 * y, 0.0), DVec3::new(0.5 * x, 0.5 * y, z)]
             }
             Self::Cylinder { radius, height } | Self::Cone { radius, height } => upright(radius, height),
-            Self::Disc { radius } => upright(radius, 0.0),
             Self::Ellipse { radii } => [(-radii).extend(0.0), radii.extend(0.0)],
         }
     }
@@ -90,20 +89,16 @@ impl Shape {
                 let taller = height + margin + margin * radius.hypot(height) / radius;
                 Some((Self::Cone { radius: radius * taller / height, height: taller }, margin))
             }
-            Self::Ellipsoid { .. } | Self::Box { .. } | Self::Disc { .. } | Self::Ellipse { .. } => None,
+            Self::Ellipsoid { .. } | Self::Box { .. } | Self::Ellipse { .. } => None,
         }
     }
 
     /// Finds where the ray from `origin` in `direction` (of any length but 0) first meets the shape; from inside, its inner side.
     pub(super) fn touch(&self, origin: DVec3, direction: DVec3) -> Option<Touch> {
-        let (scale, limit) = match *self {
-            Self::Disc { radius } => (DVec2::ONE, radius * radius),
-            Self::Ellipse { radii } => (radii.recip(), 1.0),
-            _ => return self.touch_solid(origin, direction),
-        };
+        let Self::Ellipse { radii } = *self else { return self.touch_solid(origin, direction) };
         let range = -origin.z / direction.z;
-        let place = (origin + direction * range).truncate() * scale;
-        let meets = range >= 0.0 && place.length_squared() <= limit;
+        let place = (origin + direction * range).truncate() / radii;
+        let meets = range >= 0.0 && place.length_squared() <= 1.0;
         let normal = DVec3::Z * -direction.z.signum();
         meets.then_some(Touch { range, normal })
     }
@@ -162,7 +157,7 @@ impl Shape {
                 let slab = Inside::between(2, 0.0, height, origin, direction)?;
                 Some(cone(radius / height, origin - DVec3::Z * height, direction)?.and(slab))
             }
-            Self::Disc { .. } | Self::Ellipse { .. } => None,
+            Self::Ellipse { .. } => None,
         }
     }
 }
@@ -252,7 +247,7 @@ mod tests {
         Shape::Box { size: DVec3::new(2.0, 6.0, 3.0) },
         Shape::Cylinder { radius: 1.5, height: 4.0 },
         Shape::Cone { radius: 2.0, height: 5.0 },
-        Shape::Disc { radius: 3.0 },
+        Shape::disc(3.0),
         Shape::Ellipse { radii: DVec2::new(1.5, 5.0) },
     ];
 
@@ -267,7 +262,6 @@ mod tests {
             }
             Shape::Cylinder { radius, height } => (radius - flat).min(point.z).min(height - point.z),
             Shape::Cone { radius, height } => (radius * (1.0 - point.z / height) - flat).min(point.z),
-            Shape::Disc { radius } => (radius - flat).min(0.0) - point.z.abs(),
             Shape::Ellipse { radii } => (1.0 - (point.truncate() / radii).length()).min(0.0) - point.z.abs(),
         }
     }
@@ -329,7 +323,7 @@ mod tests {
                 // Outward the depth falls at once, by about as much as one goes; at edges by less.
                 let fall = depth(&shape, point - out * 1e-4) - depth(&shape, point + out * 1e-4);
                 assert!(
-                    fall > 2e-5 || matches!(shape, Shape::Disc { .. } | Shape::Ellipse { .. }),
+                    fall > 2e-5 || matches!(shape, Shape::Ellipse { .. }),
                     "{shape:?}: {fall} at {point}"
                 );
             }

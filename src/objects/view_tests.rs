@@ -12,7 +12,7 @@ fn bodies(eye: DVec3) -> Vec<Body> {
             let part = |step: f64| (f64::from(id) * step).fract();
             let form: crate::objects::Form = match id % 4 {
                 0 => Shape::Ellipse { radii: DVec2::new(2.0 + 9.0 * part(0.37), 4.0) }.into(),
-                1 => Shape::Disc { radius: 5.0 }.into(),
+                1 => Shape::disc(5.0).into(),
                 2 => Shape::Ellipsoid { radii: DVec3::new(4.0, 1.0, 2.0) }.into(),
                 _ => Shape::Ellipse { radii: DVec2::new(0.2, 7.0) }.into(),
             };

@@ -80,7 +80,7 @@ pub(super) fn form(reading: &Reading<'_>, table: &ObjectTable, given: &Spanned<F
         FormKind::Disc => {
             let sizes = sizes("disc");
             sizes.takes(&["radius_m"])?;
-            Shape::Disc { radius: sizes.one("radius_m", &table.radius_m)? }
+            Shape::disc(sizes.one("radius_m", &table.radius_m)?)
         }
         FormKind::Ellipse => {
             let sizes = sizes("ellipse");

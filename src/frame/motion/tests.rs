@@ -108,7 +108,7 @@ fn what_is_passed_stays_put() {
 fn body(id: u32, position: [f64; 3], yaw: f64) -> Body {
     Body {
         id,
-        form: Shape::Disc { radius: 1.0 }.into(),
+        form: Shape::disc(1.0).into(),
         position: position.into(),
         attitude: Attitude { yaw, ..Attitude::default() },
         albedo: Vec3::ONE,

@@ -60,7 +60,7 @@ fn counts_are_those_of_single_rays() {
         Shape::Box { size: DVec3::new(8.0, 3.0, 12.0) },
         Shape::Cylinder { radius: 4.0, height: 12.0 },
         Shape::Cone { radius: 5.0, height: 14.0 },
-        Shape::Disc { radius: 8.0 },
+        Shape::disc(8.0),
         Shape::Ellipse { radii: DVec2::new(8.0, 3.0) },
     ];
 

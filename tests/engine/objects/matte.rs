@@ -17,7 +17,7 @@ fn crowd() -> Vec<Body> {
         black(ball(5.0), [500.0, 390.0, 14.0]),
         black(Shape::Cone { radius: 8.0, height: 30.0 }, [510.0, 420.0, -2.0]),
         black(ball(0.16), [488.0, 380.0, 25.0]),
-        black(Shape::Disc { radius: 4.0 }, [505.0, 360.0, 13.0]),
+        black(Shape::disc(4.0), [505.0, 360.0, 13.0]),
     ];
     (10..).zip(bodies).map(|(id, body)| Body { id, ..body }).collect()
 }

@@ -26,7 +26,7 @@ fn crowd() -> Vec<Body> {
                 1 => Shape::Box { size: DVec3::new(10.0, 5.0, 12.0) }.into(),
                 2 => Shape::Cylinder { radius: 4.0, height: 20.0 }.into(),
                 3 => Shape::Cone { radius: 8.0, height: 16.0 }.into(),
-                4 => Shape::Disc { radius: 11.0 }.into(),
+                4 => Shape::disc(11.0).into(),
                 5 => cube.clone().into(),
                 _ => ball.clone().into(),
             };

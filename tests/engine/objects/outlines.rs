@@ -45,7 +45,7 @@ fn spheres_have_round_outlines() {
 
 #[test]
 fn discs_have_elliptic_outlines() {
-    let disc = Shape::Disc { radius: DISC.1 };
+    let disc = Shape::disc(DISC.1);
     let (centre, radius) = (DVec3::from(DISC.0), DISC.1);
     check_outline(disc, DISC.0, cube((centre, radius)), |eye, direction| {
         meets_disc(eye, direction, centre, radius)
@@ -86,7 +86,7 @@ fn small_and_thin_bodies_keep_their_area() {
 fn ranges_are_exact() {
     let bodies = [
         (Shape::Ellipsoid { radii: DVec3::splat(SPHERE.1) }, SPHERE.0),
-        (Shape::Disc { radius: DISC.1 }, DISC.0),
+        (Shape::disc(DISC.1), DISC.0),
         (Shape::Ellipse { radii: DVec2::new(25.0, 40.0) }, DISC.0),
         (Shape::Box { size: BOX.1.into() }, BOX.0),
         (Shape::Cylinder { radius: 15.0, height: 50.0 }, BOX.0),
@@ -137,13 +137,6 @@ fn depth(shape: &Shape, point: DVec3) -> f64 {
         Shape::Cylinder { radius, height } => (radius - flat).min(point.z).min(height - point.z),
         Shape::Cone { radius, height } => (radius * (1.0 - point.z / height) - flat).min(point.z),
         // Behind its plane counts as inside.
-        Shape::Disc { radius } => {
-            if flat <= radius {
-                -point.z
-            } else {
-                f64::NEG_INFINITY
-            }
-        }
         Shape::Ellipse { radii } => {
             if (point.truncate() / radii).length() <= 1.0 {
                 -point.z

@@ -48,7 +48,6 @@ fn bits(frame: &Frame) -> Vec<u32> {
 fn holds(body: &Body, place: DVec3, margin: f64) -> bool {
     let own = body.attitude.world_from_body().transpose() * (place - body.position);
     match &body.form {
-        Form::Shape(Shape::Disc { radius }) => own.truncate().length() < radius - margin,
         Form::Shape(Shape::Ellipse { radii }) => (own.truncate() / (*radii - margin)).length() < 1.0,
         form => {
             let half = form.corners()[1].truncate() - margin;
@@ -103,9 +102,9 @@ fn check_all(forms: &[Form; 4], attitude: Attitude) {
 #[test]
 fn the_highest_of_coplanar_shapes_is_seen_in_any_order() {
     let forms = [
-        Shape::Disc { radius: 21.0 }.into(),
+        Shape::disc(21.0).into(),
         Shape::Ellipse { radii: DVec2::new(24.0, 9.0) }.into(),
-        Shape::Disc { radius: 13.0 }.into(),
+        Shape::disc(13.0).into(),
         Shape::Ellipse { radii: DVec2::new(8.0, 19.0) }.into(),
     ];
     check_all(&forms, Attitude { yaw: 33.0, pitch: -7.0, roll: 4.0 });
@@ -119,7 +118,7 @@ fn models_have_priorities_as_shapes_do() {
         plate(40.0, 30.0),
         Shape::Ellipse { radii: DVec2::new(24.0, 9.0) }.into(),
         plate(14.0, 34.0),
-        Shape::Disc { radius: 13.0 }.into(),
+        Shape::disc(13.0).into(),
     ];
     check_all(&forms, Attitude { yaw: 33.0, pitch: -7.0, roll: 4.0 });
 }
@@ -129,7 +128,7 @@ fn what_is_clearly_nearer_hides_any_priority() {
     let disc = |up: f64, id: u32, priority: i32| Body {
         id,
         priority,
-        ..black(Shape::Disc { radius: 30.0 }, [530.0, 400.0, up])
+        ..black(Shape::disc(30.0), [530.0, 400.0, up])
     };
     let camera = VIEW.camera();
     for up in [12.5, 14.0] {

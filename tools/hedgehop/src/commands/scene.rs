@@ -263,7 +263,7 @@ fn shape(shape: &Shape) -> String {
         Shape::Box { size } => format!("box of {} × {} × {} m", size.x, size.y, size.z),
         Shape::Cylinder { radius, height } => format!("cylinder of radius {radius} m, {height} m high"),
         Shape::Cone { radius, height } => format!("cone of radius {radius} m, {height} m high"),
-        Shape::Disc { radius } => format!("disc of radius {radius} m"),
+        Shape::Ellipse { radii } if radii.x == radii.y => format!("disc of radius {} m", radii.x),
         Shape::Ellipse { radii } => format!("ellipse of radii {} × {} m", radii.x, radii.y),
     }
 }
