@@ -208,7 +208,7 @@ impl<'v> Looking<'v> {
             albedo: face.albedo,
         };
         let colour = self.faces.iter().map(|face| shade(&hit(face), ray) * (face.rays as f32 * each)).sum();
-        // Of faces with as many rays that of the body with the highest rank, which comes first.
+        // Faces with as many rays: the body with the highest rank has it, since it comes first.
         let most = self.faces.iter().reduce(|most, face| if face.rays > most.rays { face } else { most })?;
         let normal = most.normal.try_normalize().unwrap_or(Vec3::Z);
         let rays: u32 = self.faces.iter().map(|face| face.rays).sum();

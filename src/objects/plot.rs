@@ -177,7 +177,7 @@ impl<'v> Plot<'v> {
                     }
                     Some(other) => {
                         let [other_nearest, other_farthest] = ends(&bodies[other].placed);
-                        // Of two bodies nothing is seen of the farther one where the nearer one fills the pixel. The other one came before by rank.
+                        // Nothing is seen of the farther one of two bodies where the nearer fills the pixel. The other one came before by rank.
                         let is_before = farthest
                             < limit(other_nearest, shown.placed.priority, bodies[other].placed.priority);
                         if share > 1.0 - LEAST && is_before {

@@ -168,7 +168,7 @@ impl<'a> SurfaceFilter<'a> {
         let way = direction.truncate().normalize_or(DVec2::X);
         let along = width * normal.z / normal.dot(direction).abs().max(LEAST_SINE);
         let squares = way * way * (along * along) + way.perp() * way.perp() * (width * width);
-        // It repeats where the area does.
+        // The tile begins anew where an area that repeats does.
         let mean = tile.mean(self.within(units), squares.map(f64::sqrt));
 
         Ok((1.0 + f64::from(deviation) * strength * mean).max(0.0) as f32)

@@ -256,7 +256,7 @@ mod tests {
             axes: [0.5 * (before - behind), DVec3::Y * 300.0],
         };
         assert_eq!(ellipse.cull(), Some(Cull::CrossesViewPlane));
-        // It is before the eye that stands there, too.
+        // The middle of the ellipse lies before this eye all the same.
         let world = |point: DVec3| {
             let (ahead, up) = (DVec3::new(0.0, 1.0, -1.0), DVec3::new(0.0, 1.0, 1.0));
             frame.eye + (ahead * point.x + up * point.z) / 2_f64.sqrt()

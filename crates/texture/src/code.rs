@@ -146,8 +146,7 @@ mod tests {
 
     #[test]
     fn composites_and_strange_degrees_are_refused() {
-        // Of even weight; irreducible, but of order 51 (that of the Rijndael field); a square; without
-        // constant.
+        // The polynomials: even weight; irreducible, but of order 51 (the Rijndael field's); a square; no constant.
         for polynomial in [0x12A, 0x101, 0x11B, 0x155, 0x100] {
             let error = CyclicCode::new(polynomial).unwrap_err().to_string();
             assert!(error.contains("not primitive") && error.contains("0x12b"), "{error}");

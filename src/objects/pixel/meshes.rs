@@ -101,7 +101,7 @@ impl<'v> Looking<'v> {
             return;
         }
 
-        // What is hardly farther is seen if its priority is higher.
+        // A surface that is hardly farther is seen if its priority is higher.
         let is_ranked = self.near.windows(2).any(|pair| pair[0].priority != pair[1].priority);
         let end = if is_ranked { end / (1.0 - TIE as f32) } else { end };
         let facets = &mut self.sheets.facets;

@@ -6,6 +6,7 @@
 //! share of a coat  = 1 − Π (1 − share of each of its pieces)
 //! patches by priority, then as they come; of each its coats in their order
 //! ```
+//!
 //! Coarse voxels have the means of fine ones, since areas add up. Circles after Bunker and Ferris, AFHRL-TR-77-66 (1977), §2.
 
 use glam::DVec2;
@@ -139,7 +140,7 @@ impl PieceOverlap {
             |polygon: &[DVec2]| self.faded(polygon) - self.inner.map_or(0.0, |inner| inner.area(polygon));
         let Some(Sector { from_deg, width_deg }) = self.sector else { return ring(polygon) };
 
-        // Of what is more than half way around the rest is convex.
+        // A sector of more than half a turn is no convex region, but what it leaves is one.
         let wedge = |from: f64, width: f64| {
             let part = half_plane(polygon, self.centre, -turned(from).perp());
             ring(&half_plane(&part, self.centre, turned(from + width).perp()))

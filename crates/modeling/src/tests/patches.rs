@@ -116,7 +116,7 @@ fn priorities_say_what_lies_over_what_in_any_order() {
         assert!(light == self::light(&area, 0).1, "{order:?}");
         assert!(first.voxels().all(|(x, y)| first.colour(x, y) == area.colour(x, y)), "{order:?}");
     }
-    // Of equal ones the later one.
+    // At equal priority the later patch lies above.
     let equal = [patches[0].clone(), GroundPatch { priority: 2, ..patches[1].clone() }];
     assert_eq!(made(&equal).colour(320, 300), [0, 200, 0]);
 }

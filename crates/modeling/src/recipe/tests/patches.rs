@@ -181,8 +181,11 @@ fn any_value_is_read_or_told() {
         "1979-05-27",
         "4294967296",
     ];
+
     let base =
         [("centre", "[400, 200]"), ("radius_m", "30"), ("colour", "\"red\""), ("colours", "[\"red\"]")];
+
+    // Each value for each key of a patch that is sound without it.
     let mut read = 0;
     for key in keys.into_iter().chain(more) {
         for value in values {

@@ -146,6 +146,8 @@ impl JobReport {
             count(ChunkStage::Waiting),
             self.left_s.map_or_else(String::new, |left| format!("; {left:.0} s of one process left"))
         );
+
+        // A line of each chunk that is neither done nor waiting.
         for chunk in
             self.chunks.iter().filter(|chunk| !matches!(chunk.stage, ChunkStage::Done | ChunkStage::Waiting))
         {
