@@ -163,18 +163,14 @@ fn calmer_side<V: Simd>(
 ) -> V::F {
     let kind = load(simd, &materials.values, kinds.at + SIDE_REACH * kinds.step);
     let own = load(simd, magnitudes, along.at + SIDE_REACH * along.step);
-    let [before, behind] = [0, SIDE_REACH + 1].map(
-        #[inline(always)]
-        |first| {
-            let mut sum = simd.splat(0.0);
-            for post in first..first + SIDE_REACH {
-                let is_own = is_alike(load(simd, &materials.values, kinds.at + post * kinds.step), kind);
-                sum = sum + load(simd, magnitudes, along.at + post * along.step).select(is_own, own);
-            }
-            sum
-        },
-    );
-    before.min(behind) * simd.splat(1.0 / SIDE_REACH as f32)
+    let mut sides = [simd.splat(0.0); 2];
+    for (side, sum) in sides.iter_mut().enumerate() {
+        for post in (0..SIDE_REACH).map(|post| side * (SIDE_REACH + 1) + post) {
+            let is_own = is_alike(load(simd, &materials.values, kinds.at + post * kinds.step), kind);
+            *sum = *sum + load(simd, magnitudes, along.at + post * along.step).select(is_own, own);
+        }
+    }
+    sides[0].min(sides[1]) * simd.splat(1.0 / SIDE_REACH as f32)
 }
 
 /// Whether numbers of materials are the same.
