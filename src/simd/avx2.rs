@@ -437,6 +437,10 @@ impl Ints for I {
         halves!(I, _mm256_mullo_epi32, self, other)
     }
     #[inline(always)]
+    fn dot_halves(self, other: Self) -> Self {
+        halves!(I, _mm256_madd_epi16, self, other)
+    }
+    #[inline(always)]
     fn min(self, other: Self) -> Self {
         halves!(I, _mm256_min_epi32, self, other)
     }

@@ -360,6 +360,10 @@ impl Ints for I {
         Self(lanes!(_mm512_mullo_epi32(self.0, other.0)))
     }
     #[inline(always)]
+    fn dot_halves(self, other: Self) -> Self {
+        Self(lanes!(_mm512_madd_epi16(self.0, other.0)))
+    }
+    #[inline(always)]
     fn min(self, other: Self) -> Self {
         Self(lanes!(_mm512_min_epi32(self.0, other.0)))
     }

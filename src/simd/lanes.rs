@@ -146,6 +146,8 @@ pub trait Ints:
     fn shl<const N: u32>(self) -> Self;
     /// Low 32 bits of the product.
     fn mul(self, other: Self) -> Self;
+    /// Sum of the products of both signed halves, −32,768 to 32,767.
+    fn dot_halves(self, other: Self) -> Self;
     /// The smaller one.
     fn min(self, other: Self) -> Self;
     /// The larger one.

@@ -554,6 +554,11 @@ impl Ints for I {
         quarters!(I, vmulq_s32, self, other)
     }
     #[inline(always)]
+    fn dot_halves(self, other: Self) -> Self {
+        let low = |words: Self| words.shl::<16>().sar::<16>();
+        low(self).mul(low(other)) + self.sar::<16>().mul(other.sar::<16>())
+    }
+    #[inline(always)]
     fn min(self, other: Self) -> Self {
         quarters!(I, vminq_s32, self, other)
     }

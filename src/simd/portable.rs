@@ -338,6 +338,12 @@ impl Ints for I {
     fn mul(self, other: Self) -> Self {
         Self(both!(self.0, other.0, |a, b| a.wrapping_mul(b)))
     }
+    #[inline(never)]
+    fn dot_halves(self, other: Self) -> Self {
+        let halves = |word: i32| [word as i16, (word >> 16) as i16].map(i32::from);
+        let dot = |[a, b]: [i32; 2], [c, d]: [i32; 2]| a.wrapping_mul(c).wrapping_add(b.wrapping_mul(d));
+        Self(both!(self.0, other.0, |a, b| dot(halves(a), halves(b))))
+    }
     #[inline(always)]
     fn min(self, other: Self) -> Self {
         Self(both!(self.0, other.0, |a, b| if a < b { a } else { b }))

@@ -51,6 +51,7 @@ impl Kernel for Everything<'_> {
                 i + j,
                 i - j,
                 i.mul(j),
+                i.dot_halves(j),
                 i & j,
                 i | j,
                 i.shr::<3>(),
