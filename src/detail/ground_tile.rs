@@ -13,7 +13,7 @@ use std::sync::LazyLock;
 use glam::DVec2;
 use hedgehop_texture::{CELLS_PER_VOXEL, CellBox, Cells, SIDE, Tile, XorPattern, broad_band};
 
-use crate::simd::{Floats, Ints, Simd};
+use crate::simd::{Each, Floats, Ints, Simd};
 
 /// Octaves that fit between a voxel's side and a cell's.
 const OCTAVES: u64 = 4;
@@ -27,8 +27,12 @@ const STEPS: f64 = 32.0;
 /// Entries of a row of sums.
 const STRIDE: u32 = SIDE as u32 + 1;
 
-/// Footprints across, in voxels, from which detail begins to fade, and beyond which there is none: averages over a voxel have none left.
-pub const FADING: [f64; 2] = [0.9, 1.4];
+/// Sums of squares of a footprint's sides, in voxels, from which detail begins to fade, and beyond which there is none: averages over voxels have little left,
+/// and where one pixel is as wide as that, posts are too fine for it.
+pub const FADING: [f64; 2] = [1.0, 2.6];
+
+/// Parts of the way between two rows of sums.
+const PARTS: i32 = 1 << 14;
 
 /// Repeating pattern of light below the voxel: mean 0 over each voxel, standard deviation 1.
 #[derive(Debug)]
@@ -69,9 +73,9 @@ impl GroundTile {
         CODES.as_ref()
     }
 
-    /// Share that detail has under a footprint so many voxels across.
-    pub fn fading(width: f64) -> f64 {
-        ((FADING[1] - width) / (FADING[1] - FADING[0])).clamp(0.0, 1.0)
+    /// Share that detail has under a footprint of so many voxels along and across.
+    pub fn fading(sides: DVec2) -> f64 {
+        ((FADING[1] - sides.length_squared()) / (FADING[1] - FADING[0])).clamp(0.0, 1.0)
     }
 
     /// Mean over a box about a place, units of the grid; sides in units, > 0.
@@ -88,33 +92,42 @@ impl GroundTile {
     #[inline(always)]
     pub fn means<V: Simd>(&self, simd: V, centre: [V::F; 2], squares: [V::F; 2]) -> V::F {
         let (one, half) = (simd.splat(1.0), simd.splat(0.5));
-        let [wide, high] = [(squares[0] + one).sqrt(), (squares[1] + one).sqrt()];
+        let [wide, high] = [(squares[0] + one).sqrt_rough(), (squares[1] + one).sqrt_rough()];
         let west = sum_place(simd, wide.neg_mul_add(half, centre[0]));
         let east = sum_place(simd, wide.mul_add(half, centre[0]));
-        let south = sum_place(simd, high.neg_mul_add(half, centre[1]));
-        let north = sum_place(simd, high.mul_add(half, centre[1]));
+        let south = SumRow::of(simd, sum_place(simd, high.neg_mul_add(half, centre[1])));
+        let north = SumRow::of(simd, sum_place(simd, high.mul_add(half, centre[1])));
 
         let upper = self.sum(simd, east, north) - self.sum(simd, west, north);
         let lower = self.sum(simd, east, south) - self.sum(simd, west, south);
-        (upper - lower) * simd.splat(self.tile.scale() as f32) * (wide * high).recip()
+        (upper - lower) * simd.splat(self.tile.scale() as f32 / PARTS as f32) * (wide * high).recip()
     }
 
-    /// Sums from the tile's corner to places, steps.
+    /// Sums from the tile's corner to places, parts of steps.
     #[inline(always)]
-    fn sum<V: Simd>(&self, simd: V, x: SumPlace<V>, y: SumPlace<V>) -> V::F {
-        let entry = y.entry.shl::<{ STRIDE.ilog2() }>() + x.entry;
-        let (west, east) = simd.gather_word_pairs(&self.sums, entry);
-        let lower = between::<V>(west.shl::<16>(), east.shl::<16>(), x.share);
-        let upper = between::<V>(west, east, x.share);
-        (upper - lower).mul_add(y.share, lower)
+    fn sum<V: Simd>(&self, simd: V, x: SumPlace<V>, y: SumRow<V>) -> V::F {
+        let (west, east) = simd.gather_word_pairs(&self.sums, y.entry + x.entry);
+        let [west, east] = [west, east].each(|sums| sums.dot_halves(y.weights).to_float());
+        (east - west).mul_add(x.share, west)
     }
 }
 
-/// Between two integers in the upper halves of words.
-#[inline(always)]
-fn between<V: Simd>(from: V::I, to: V::I, share: V::F) -> V::F {
-    let (from, to) = (from.sar::<16>().to_float(), to.sar::<16>().to_float());
-    (to - from).mul_add(share, from)
+/// A coordinate between two rows of sums.
+#[derive(Clone, Copy)]
+struct SumRow<V: Simd> {
+    /// First entry of the southern row.
+    entry: V::I,
+    /// Weights of both, which add up to [`PARTS`]: the southern one's in the lower half.
+    weights: V::I,
+}
+
+impl<V: Simd> SumRow<V> {
+    #[inline(always)]
+    fn of(simd: V, place: SumPlace<V>) -> Self {
+        let northern = place.share.mul_add(simd.splat(PARTS as f32), simd.splat(0.5)).to_int();
+        let weights = northern.shl::<16>() - northern + simd.splat_int(PARTS);
+        Self { entry: place.entry.shl::<{ STRIDE.ilog2() }>(), weights }
+    }
 }
 
 /// Finds cells among sums, wherever the tile repeats.

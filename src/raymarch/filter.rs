@@ -156,17 +156,17 @@ impl<'a> SurfaceFilter<'a> {
     /// Factor on the light of a pixel by what lies below the finest voxel.
     fn below_voxel(&mut self, ray: &GridRay, contact: &Contact, lit: &LitContact) -> Result<f32> {
         let LitContact { blend, units, footprint, normal, .. } = *lit;
+        // Extent of the footprint along the ray's way over the ground, and across, units.
         let width = self.footprint.at(contact.range) / self.grid.spacing;
-        let strength = self.detail_synthesis * GroundTile::fading(width);
+        let direction = self.direction(ray.slope.truncate().extend(ray.rise_at(contact.range)));
+        let way = direction.truncate().normalize_or(DVec2::X);
+        let along = width * normal.z / normal.dot(direction).abs().max(LEAST_SINE);
+
+        let strength = self.detail_synthesis * GroundTile::fading(DVec2::new(along, width));
         let (Some(tile), true) = (GroundTile::codes(), blend.fine == 0 && strength > 0.0) else {
             return Ok(1.0);
         };
         let deviation = self.mean(units, footprint, |filter, units| filter.deviation(units))?;
-
-        // Extent of the footprint along the ray's way over the ground, and across, units.
-        let direction = self.direction(ray.slope.truncate().extend(ray.rise_at(contact.range)));
-        let way = direction.truncate().normalize_or(DVec2::X);
-        let along = width * normal.z / normal.dot(direction).abs().max(LEAST_SINE);
         let squares = way * way * (along * along) + way.perp() * way.perp() * (width * width);
         // The tile begins anew where an area that repeats does.
         let mean = tile.mean(self.within(units), squares.map(f64::sqrt));

@@ -15,7 +15,8 @@ use super::spans::{self, SpanRenderer};
 use super::surface;
 use crate::cache::Lent;
 use crate::frame::stage::{
-    Band, Cell, Depths, EdgeSums, Painter, Painting, PlaneAir, PlaneSource, RowDetail, RowFill, Scale,
+    Band, Cell, Depths, DetailView, EdgeSums, Painter, Painting, PlaneAir, PlaneSource, RowDetail, RowFill,
+    Scale,
 };
 use crate::frame::{Frame, Picture};
 use crate::pixels::Pixels;
@@ -356,8 +357,14 @@ fn see(
         let squares = view.shape.squares(*index);
         let angle = view.shape.plane_angle(*index, pixel_angle);
         air.face(group);
-        let spacing = header.grid.spacing;
-        let detail = RowDetail::new(group, view.eye, pixel_angle, spacing, renderer.options.detail_synthesis);
+        let detail_view = DetailView {
+            eye: view.eye,
+            angle: pixel_angle,
+            row: row_table.least_row[0],
+            spacing: header.grid.spacing,
+            strength: renderer.options.detail_synthesis,
+        };
+        let detail = RowDetail::new(group, &detail_view);
         let mut depths = depths.of(kept.filled.clone());
         let rows = RowFill {
             row_table: &row_table,
@@ -368,7 +375,7 @@ fn see(
             detail,
         };
 
-        let lights = Painting { painter, group, angle, has_detail: detail.is_some() };
+        let lights = Painting { painter, group, angle, detail: detail.as_ref() };
         rows.fill(renderer.isa, profile, lights, PlaneAir { air, squares: &squares }, sums)?;
         let missing = painter.sampler.take_missing();
         if missing.is_empty() {

@@ -28,6 +28,6 @@ pub use band::Band;
 pub use cell::{Cell, Scale};
 pub use paint::{Painter, Painting};
 pub use plane_image::{Depths, PlaneSource};
-pub use row_detail::RowDetail;
+pub use row_detail::{DetailView, RowDetail};
 pub use rows::{EdgeSums, PlaneAir, RowFill};
 pub use solids::SpanPaint;

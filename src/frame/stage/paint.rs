@@ -2,10 +2,11 @@
 
 use glam::DVec3;
 
-use super::rows::{CHUNK, ChunkLights, DEVIATION, INVERSE, PlaneAir, PlaneLight, SegmentLights};
-use crate::raymarch::scan::{PlaneGroup, SampleLine, VisibleSegment};
+use super::row_detail::{RowDetail, StretchEnds};
+use super::rows::{CHUNK, ChunkLights, DEVIATION, PlaneAir, PlaneLight, SegmentLights};
+use crate::raymarch::scan::{NO_SLOPE, PlaneGroup, SampleLine, VisibleSegment};
 use crate::sensor::radiance::{Crossings, ImageLine, LineSampler, PlanesAbove, TexelPlace};
-use crate::simd::{Floats, Simd, Sixteen};
+use crate::simd::{Floats, Simd};
 use crate::voxel::Grid;
 use crate::weather::AtmosphereLanes;
 use hedgehop_base::error::Result;
@@ -30,8 +31,8 @@ pub struct Painting<'f, 'a> {
     pub group: &'f PlaneGroup,
     /// Angle between neighbouring planes, seen along the ground, radians.
     pub angle: f64,
-    /// Whether amplitudes of detail below the voxel are asked for.
-    pub has_detail: bool,
+    /// Detail below the voxel; `None`: there is none.
+    pub detail: Option<&'f RowDetail>,
 }
 
 impl<'s, 'a> SegmentLights for Painting<'s, 'a> {
@@ -42,7 +43,7 @@ impl<'s, 'a> SegmentLights for Painting<'s, 'a> {
         segments: &[VisibleSegment],
         plane_air: PlaneAir<'f>,
     ) -> Result<impl ChunkLights> {
-        let Self { painter, group, angle, has_detail } = self;
+        let Self { painter, group, angle, detail } = self;
         let planes = PlanesAbove {
             major: group.major,
             forward: group.forward > 0.0,
@@ -60,7 +61,8 @@ impl<'s, 'a> SegmentLights for Painting<'s, 'a> {
             forward: group.forward as i64,
             crossings: painter.sampler.under(simd, &planes),
             places: [TexelPlace::default(); CHUNK],
-            has_detail,
+            detail,
+            before: [simd.splat(NO_SLOPE), simd.splat(0.0)],
         };
         painted.seek(segments)?;
         Ok(painted)
@@ -79,7 +81,9 @@ struct Painted<'f, 's, 'a, V: Simd, const FOG_OR_GLOW: bool> {
     crossings: Crossings<'s, 'a, V>,
     /// Texels of the segments that come next, which are on their way.
     places: [TexelPlace; CHUNK],
-    has_detail: bool,
+    detail: Option<&'s RowDetail>,
+    /// Tangents and inverse depths of the latest segment.
+    before: [V::F; 2],
 }
 
 impl<V: Simd, const FOG_OR_GLOW: bool> ChunkLights for Painted<'_, '_, '_, V, FOG_OR_GLOW> {
@@ -95,27 +99,28 @@ impl<V: Simd, const FOG_OR_GLOW: bool> ChunkLights for Painted<'_, '_, '_, V, FO
         for (index, (segment, light)) in chunk.iter().zip(lights).enumerate() {
             let place = self.places[index];
             let (slope, inverse) = (simd.load(&segment.slope.0), simd.load(&segment.inverse.0));
-            let colour = if segment.line.share < 1.0 {
-                self.between(segment, &place, inverse)?
-            } else {
-                self.crossings.sample(&place)
+            let depth = inverse.recip();
+            let before = std::mem::replace(&mut self.before, [slope, inverse]);
+            let is_detailed = self.has_detail(&place, depth, before);
+            let (colour, mut deviation) = match (is_detailed, segment.line.share < 1.0) {
+                (false, false) => (self.crossings.sample(&place), simd.splat(0.0)),
+                (true, false) => self.crossings.sample_detail_at(&place, simd.splat(segment.line.distance)),
+                (false, true) => self.between::<false>(segment, &place, depth)?,
+                (true, true) => self.between::<true>(segment, &place, depth)?,
             };
 
-            let depth = inverse.recip();
             let square = slope.mul_add(slope, self.squares);
             let slant = square.sqrt_rough();
             let seen = air.haze::<V, FOG_OR_GLOW>(simd, colour, slant * depth, slope * depth);
+            if is_detailed {
+                let share = air.ground_share::<V, FOG_OR_GLOW>(simd, seen, slant * depth, slope * depth);
+                deviation = deviation * share;
+                has_detail = true;
+            }
             for (channel, seen) in seen.into_iter().enumerate() {
                 seen.store(&mut light[channel].0);
             }
-
-            light[DEVIATION] = Sixteen::default();
-            light[INVERSE] = segment.inverse;
-            if self.has_detail && self.crossings.has_detail(&place) {
-                let share = air.ground_share::<V, FOG_OR_GLOW>(simd, seen, slant * depth, slope * depth);
-                (self.deviation(segment, &place, inverse) * share).store(&mut light[DEVIATION].0);
-                has_detail = true;
-            }
+            deviation.store(&mut light[DEVIATION].0);
 
             // One after the other: a processor has only so many reads on their way.
             if let Some(segment) = later.get(index) {
@@ -137,40 +142,40 @@ impl<V: Simd, const FOG_OR_GLOW: bool> Painted<'_, '_, '_, V, FOG_OR_GLOW> {
         Ok(())
     }
 
-    /// Radiance of a segment between a line and the one before it.
+    /// Whether detail below the voxel is seen from the segment `before`, of such tangents and inverse depths, to the latest, in a place at depths.
     #[inline(always)]
-    fn between(&mut self, segment: &VisibleSegment, place: &TexelPlace, inverse: V::F) -> Result<[V::F; 3]> {
-        let (at, share) = between_lines(self.simd, &segment.line, (inverse * self.depth).recip());
+    fn has_detail(&self, place: &TexelPlace, depth: V::F, before: [V::F; 2]) -> bool {
+        let Some(detail) = self.detail.filter(|_| self.crossings.has_detail(place)) else { return false };
+        let [[low, near], [high, far]] = [before, self.before];
+        detail.is_seen(self.simd, &StretchEnds { slopes: [low, high], inverse: [near, far], depth })
+    }
+
+    /// Radiance of a segment between a line and the one before it at depths, and its relative deviation below the voxel, which is none without `DETAIL`.
+    #[inline(always)]
+    fn between<const DETAIL: bool>(
+        &mut self,
+        segment: &VisibleSegment,
+        place: &TexelPlace,
+        depth: V::F,
+    ) -> Result<([V::F; 3], V::F)> {
+        let (at, share) = between_lines(self.simd, &segment.line, depth * self.depth.recip());
         let line = image_line(&segment.line);
         let before = match self.crossings.beside(place, &line, -self.forward) {
             Some(before) => before,
             None => self.crossings.seek(ImageLine { index: line.index - self.forward, ..line })?,
         };
-        let before = self.crossings.sample_at(&before, at);
-        let mut colour = self.crossings.sample_at(place, at);
+
+        let [(before, rough_before), (mut colour, rough)] = if DETAIL {
+            [self.crossings.sample_detail_at(&before, at), self.crossings.sample_detail_at(place, at)]
+        } else {
+            let none = self.simd.splat(0.0);
+            [(self.crossings.sample_at(&before, at), none), (self.crossings.sample_at(place, at), none)]
+        };
         for (channel, colour) in colour.iter_mut().enumerate() {
             let before = before[channel];
             *colour = (*colour - before).mul_add(share, before);
         }
-        Ok(colour)
-    }
-
-    /// Relative deviation of a segment's radiance below the voxel.
-    #[inline(always)]
-    fn deviation(&self, segment: &VisibleSegment, place: &TexelPlace, inverse: V::F) -> V::F {
-        let simd = self.simd;
-        if segment.line.share == 1.0 {
-            return self.crossings.deviation_at(place, simd.splat(segment.line.distance));
-        }
-        let (at, share) = between_lines(simd, &segment.line, (inverse * self.depth).recip());
-        let here = self.crossings.deviation_at(place, at);
-        match self.crossings.beside(place, &image_line(&segment.line), -self.forward) {
-            Some(before) => {
-                let before = self.crossings.deviation_at(&before, at);
-                (here - before).mul_add(share, before)
-            }
-            None => here,
-        }
+        Ok((colour, (rough - rough_before).mul_add(share, rough_before)))
     }
 }
 

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! place      = eye + distance of the row's middle, along each plane
-//! along      = distance between the row's edges, as the surface there slopes
+//! along      = distance between the row's edges, where the surface is on each
 //! across     = range · angle of a pixel
 //! light of the row × (1 + deviation · mean of the tile over the box with the same second moments)
 //! ```
@@ -12,13 +12,19 @@ use hedgehop_texture::{CELLS_PER_VOXEL, SIDE};
 
 use crate::detail::{FADING, GroundTile};
 use crate::raymarch::scan::PlaneGroup;
-use crate::simd::{Each, Floats, LANES, Simd};
+use crate::simd::{Each, Floats, LANES, Mask, Simd};
 
 /// Cells of the tile per unit.
 const CELLS: f64 = CELLS_PER_VOXEL as f64;
 
 /// Greatest change of inverse depth over a row, relative to it.
 const MOST_CHANGE: f32 = 1.0;
+
+/// Least relative deviation of a row that is looked after.
+const LEAST_DEVIATION: f32 = 1.0e-3;
+
+/// Sum of squared sides of a footprint without detail, cells².
+const NO_MORE: f32 = (FADING[1] * CELLS * CELLS) as f32;
 
 /// Least inverse depth, 1/metres: of rows that are hardly seen.
 const LEAST_INVERSE: f32 = 1.0e-5;
@@ -33,8 +39,12 @@ pub struct RowDetail {
     eye: [f32; 2],
     /// Cells along the major axis, with its sense, and along the minor one, per metre of depth.
     per_depth: [[f32; LANES]; 2],
-    /// Cells that a pixel is wide per metre of range.
-    per_range: f32,
+    /// Squared cells along the ground per squared metre of depth.
+    squared_per_depth: [f32; LANES],
+    /// Squared cells that a pixel is wide per squared metre of range.
+    squared_per_range: f32,
+    /// Least height of a row, as tangent.
+    row: f32,
     strength: f32,
 }
 
@@ -44,62 +54,107 @@ pub struct DetailedRow<V: Simd> {
     pub inverse: V::F,
     /// Change of it from edge to edge, 1/metres.
     pub change: V::F,
-    /// Range per depth.
-    pub slant: V::F,
+    /// Square of range per depth.
+    pub slant_squared: V::F,
     /// Relative deviation of its light.
     pub deviation: V::F,
 }
 
+/// View in which detail is seen.
+#[derive(Debug, Clone, Copy)]
+pub struct DetailView {
+    /// The eye: units, units, metres.
+    pub eye: DVec3,
+    /// Width of pixels, radians.
+    pub angle: f64,
+    /// Least height of a row, as tangent.
+    pub row: f32,
+    /// Spacing of the grid, metres.
+    pub spacing: f64,
+    /// Factor on amplitudes.
+    pub strength: f64,
+}
+
+/// Ends of a stretch of surface, the nearer one first.
+pub struct StretchEnds<V: Simd> {
+    /// Tangents.
+    pub slopes: [V::F; 2],
+    /// Inverse depths, 1/metres.
+    pub inverse: [V::F; 2],
+    /// Depth of the farther one, metres.
+    pub depth: V::F,
+}
+
 impl RowDetail {
-    /// Detail for a group of planes from `eye` (units, units, metres), whose pixels are `angle` (radians) wide, on a grid of `spacing` metres. `strength` is a
-    /// factor on amplitudes; `None`: there is none.
-    pub fn new(group: &PlaneGroup, eye: DVec3, angle: f64, spacing: f64, strength: f64) -> Option<Self> {
+    /// Detail for a group of planes; `None`: there is none.
+    pub fn new(group: &PlaneGroup, view: &DetailView) -> Option<Self> {
+        let DetailView { eye, angle, row, spacing, strength } = *view;
         let tile = GroundTile::codes().filter(|_| strength > 0.0)?;
         let PlaneGroup { major, forward, minor, depth, .. } = group;
         let cells = |lane: usize, units: f64| (units * CELLS / f64::from(depth[lane])) as f32;
+        let per_depth: [[f32; LANES]; 2] = [
+            std::array::from_fn(|lane| cells(lane, *forward)),
+            std::array::from_fn(|lane| cells(lane, f64::from(minor[lane]))),
+        ];
         Some(Self {
             tile,
             major: *major,
             eye: [eye.x, eye.y].each(|at| (at * CELLS).rem_euclid(SIDE as f64) as f32),
-            per_depth: [
-                std::array::from_fn(|lane| cells(lane, *forward)),
-                std::array::from_fn(|lane| cells(lane, f64::from(minor[lane]))),
-            ],
-            per_range: (angle * CELLS / spacing) as f32,
+            per_depth,
+            squared_per_depth: std::array::from_fn(|lane| {
+                per_depth[0][lane].powi(2) + per_depth[1][lane].powi(2)
+            }),
+            squared_per_range: (angle * CELLS / spacing).powi(2) as f32,
+            row,
             strength: strength as f32,
         })
     }
 
-    /// Factor on the light of a row.
+    /// Whether any plane shows detail on a stretch: not where a row goes over voxels of it.
     #[inline(always)]
-    pub fn factor<V: Simd>(&self, simd: V, row: &DetailedRow<V>) -> V::F {
+    pub fn is_seen<V: Simd>(&self, simd: V, ends: &StretchEnds<V>) -> bool {
+        let [[low, high], [near, far]] = [ends.slopes, ends.inverse];
+        let cells = (near - far) * ends.depth * ends.depth * simd.splat(self.row);
+        let along = cells * cells * simd.load(&self.squared_per_depth);
+        let rise = (high - low).max(simd.splat(0.0));
+        along.lt(rise * rise * simd.splat(NO_MORE)).any()
+    }
+
+    /// Factor on the light of a row; `None`: it is as good as one.
+    #[inline(always)]
+    pub fn factor<V: Simd>(&self, simd: V, row: &DetailedRow<V>) -> Option<V::F> {
         let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
         let depth = row.inverse.max(simd.splat(LEAST_INVERSE)).recip();
-        let [major, minor] = [simd.load(&self.per_depth[0]) * depth, simd.load(&self.per_depth[1]) * depth];
+        let [major, minor] = self.per_depth.each_ref().each(|per_depth| simd.load(per_depth) * depth);
 
-        // Squares of the footprint along and across, and of its extent along the axes.
+        // Squares of the footprint along and across, as shares of the squared distance and in cells.
         let change = (row.change * depth).abs().min(simd.splat(MOST_CHANGE));
-        let width = row.slant * depth * simd.splat(self.per_range);
+        let (per_depth, per_range) = (simd.load(&self.squared_per_depth), simd.splat(self.squared_per_range));
+        let distance = per_depth * depth * depth;
+        let (along, across) = (change * change, row.slant_squared * per_range * per_depth.recip());
+        let fading = fading(simd, (along + across) * distance);
+        let deviation = row.deviation * simd.splat(self.strength) * fading;
+        if !simd.splat(LEAST_DEVIATION).lt(deviation).any() {
+            return None;
+        }
+
+        // Of its extent along the axes.
         let (major_square, minor_square) = (major * major, minor * minor);
-        let (along, across) = (change * change, width * width * (major_square + minor_square).recip());
         let squares =
             [along * major_square + across * minor_square, along * minor_square + across * major_square];
-
         let [x, y] = if self.major == 0 { [major, minor] } else { [minor, major] };
         let [wide, high] = if self.major == 0 { squares } else { [squares[1], squares[0]] };
         let centre = [x + simd.splat(self.eye[0]), y + simd.splat(self.eye[1])];
         let mean = self.tile.means(simd, centre, [wide, high]);
 
-        let fading = fading(simd, width);
-        let deviation = row.deviation * simd.splat(self.strength) * fading;
-        deviation.mul_add(mean, one).max(zero)
+        Some(deviation.mul_add(mean, one).max(zero))
     }
 }
 
-/// [`GroundTile::fading`] of footprints in cells.
+/// [`GroundTile::fading`] of sums of squared sides in cells.
 #[inline(always)]
-fn fading<V: Simd>(simd: V, width: V::F) -> V::F {
-    let [from, to] = FADING.each(|voxels| (voxels * CELLS) as f32);
-    let left = (simd.splat(to) - width) * simd.splat(1.0 / (to - from));
+fn fading<V: Simd>(simd: V, squares: V::F) -> V::F {
+    let [from, to] = FADING.each(|voxels| (voxels * CELLS * CELLS) as f32);
+    let left = (simd.splat(to) - squares) * simd.splat(1.0 / (to - from));
     left.max(simd.splat(0.0)).min(simd.splat(1.0))
 }

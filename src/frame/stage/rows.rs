@@ -11,7 +11,7 @@
 //! what is left above → sky
 //! ```
 //!
-//! Near the eye a row's light is multiplied by what lies below the voxel, of an amplitude that is summed up as light is.
+//! Near the eye a row's light is multiplied by what lies below the voxel: between the two edges, where the surface is told at each.
 //!
 //! A chunk's light, and the sums of rows that are not yet closed, are few: they stay in the nearest cache.
 //!
@@ -38,19 +38,19 @@ const LEAST_RISE: f32 = 1.0e-20;
 /// Segments of a chunk.
 pub const CHUNK: usize = LANES;
 
-/// Light that a segment sends to sixteen planes: linear light by channel, in [`DEVIATION`] its relative deviation below the voxel, and in [`INVERSE`] the
-/// inverse depth that this needs, 1/metres.
-pub type PlaneLight = [Sixteen; CHANNELS];
+/// Light that a segment sends to sixteen planes: linear light by channel, and in [`DEVIATION`] its relative deviation below the voxel.
+pub type PlaneLight = [Sixteen; COLOURS + 1];
+
+/// Light at an edge between rows: by channel that of the row below times its height; in [`DEVIATION`] and [`INVERSE`] the relative deviation and the inverse depth,
+/// 1/metres, of the surface on the edge itself.
+type EdgeLight = [Sixteen; COLOURS + 2];
+
+/// Channels of light.
+const COLOURS: usize = 3;
 
 /// Places of the deviation and of the inverse depth behind the channels of light.
-pub const DEVIATION: usize = 3;
-pub const INVERSE: usize = 4;
-
-/// Channels of light with detail.
-pub const CHANNELS: usize = 5;
-
-/// Least deviation of a row that is looked after.
-const LEAST_DEVIATION: f32 = 1.0e-3;
+pub const DEVIATION: usize = COLOURS;
+const INVERSE: usize = COLOURS + 1;
 
 /// Air that planes look through.
 #[derive(Clone, Copy)]
@@ -106,8 +106,8 @@ pub struct RowFill<'r> {
     pub detail: Option<RowDetail>,
 }
 
-/// Memory for light of the row below each edge, times its height, used again for every group.
-pub type EdgeSums = Vec<PlaneLight>;
+/// Memory for light at edges between rows, used again for every group.
+pub type EdgeSums = Vec<EdgeLight>;
 
 impl RowFill<'_> {
     /// Fills rows with what a profile of `lights` and the sky behind it send.
@@ -122,7 +122,7 @@ impl RowFill<'_> {
         plane_air: PlaneAir<'_>,
         sums: &mut EdgeSums,
     ) -> Result<()> {
-        sums.resize(self.cells.len() + 1, PlaneLight::default());
+        sums.resize(self.cells.len() + 1, EdgeLight::default());
         if plane_air.air.has_fog_or_glow() {
             isa.run(RowFilling::<_, true> { rows: self, profile, lights, plane_air, sums })
         } else {
@@ -143,7 +143,7 @@ struct RowFilling<'f, 'r, L, const FOG_OR_GLOW: bool> {
     profile: &'f Profile,
     lights: L,
     plane_air: PlaneAir<'f>,
-    sums: &'f mut [PlaneLight],
+    sums: &'f mut [EdgeLight],
 }
 
 impl<L: SegmentLights, const FOG_OR_GLOW: bool> Kernel for RowFilling<'_, '_, L, FOG_OR_GLOW> {
@@ -153,15 +153,16 @@ impl<L: SegmentLights, const FOG_OR_GLOW: bool> Kernel for RowFilling<'_, '_, L,
     fn run<V: Simd>(self, simd: V) -> Result<()> {
         let Self { rows, profile, lights: source, plane_air, sums } = self;
         let edges = &rows.row_table.edges[rows.first..=rows.first + rows.cells.len()];
+        // The lowest edge is covered, too, so that detail has a begin there.
         let mut covering = Covering {
             simd,
-            covered: simd.splat(edges[0]),
-            light: [simd.splat(0.0); CHANNELS],
+            covered: simd.splat(edges[0].next_down()),
+            light: [simd.splat(0.0); COLOURS],
             squares: simd.load(plane_air.squares),
             edges,
             sums,
-            has_detail: rows.detail.is_some(),
             rows,
+            detailed: 0,
             closed: 0,
         };
         let segments = profile.segments();
@@ -179,7 +180,7 @@ impl<L: SegmentLights, const FOG_OR_GLOW: bool> Kernel for RowFilling<'_, '_, L,
             } else {
                 covering.take::<false>(taken, lights);
             }
-            covering.close_rows(false);
+            covering.close_rows();
         }
 
         covering.finish::<FOG_OR_GLOW>(plane_air);
@@ -242,12 +243,12 @@ struct Covering<'r, V: Simd> {
     edges: &'r [f32],
     /// 1 + a² of each plane.
     squares: V::F,
-    sums: &'r mut [PlaneLight],
+    sums: &'r mut [EdgeLight],
     /// Tangent up to which each plane is covered, and light from the edge below up to there: light times tangent.
     covered: V::F,
-    light: [V::F; CHANNELS],
-    /// Detail below the voxel is asked for.
-    has_detail: bool,
+    light: [V::F; COLOURS],
+    /// Edges, from the lowest, that tell of detail.
+    detailed: usize,
     /// Rows, from the lowest, that are finished.
     closed: usize,
 }
@@ -279,7 +280,6 @@ impl<V: Simd> Covering<'_, V> {
     #[inline(always)]
     fn cover<const DETAIL: bool>(&mut self, stretch: &RowStretch<'_, V>, span: Range<usize>) {
         let simd = self.simd;
-        let channels = if DETAIL { CHANNELS } else { DEVIATION };
         let [low, high] = stretch.slopes;
         let rises = self.covered.lt(high);
         let per_rise = (high - low).max(simd.splat(LEAST_RISE)).recip();
@@ -290,11 +290,21 @@ impl<V: Simd> Covering<'_, V> {
         // Half the change of light per unit of tangent: the far end is where walls, which begin at no finite tangent, have theirs.
         let half_per_rise = per_rise * simd.splat(0.5);
         let (mut tops, mut half_changes) = (self.light, self.light);
-        for channel in 0..channels {
+        for channel in 0..COLOURS {
             tops[channel] = simd.load(&stretch.lights[1][channel].0);
             let change = tops[channel] - simd.load(&stretch.lights[0][channel].0);
             half_changes[channel] = change * half_per_rise;
         }
+        let mut marks = [(simd.splat(0.0), simd.splat(0.0)); 2];
+        if DETAIL {
+            let deviations = stretch.lights.each_ref().each(|light| &light[DEVIATION]);
+            for (mark, ends) in marks.iter_mut().zip([deviations, stretch.inverse]) {
+                let [near, far] = ends.each(|end| simd.load(&end.0));
+                *mark = (far, (far - near) * per_rise);
+            }
+            self.begin_detail(span.end);
+        }
+        let is_marked = DETAIL || span.start < self.detailed;
 
         // Twice the way down from the top of the stretch to the middle of what lies between two tangents is their sum less twice the top's.
         let twice_top = high + high;
@@ -307,29 +317,36 @@ impl<V: Simd> Covering<'_, V> {
             let edge = simd.splat(*edge);
             let passed = edge.le(passable) & from.lt(edge);
             let (rise, middle) = (edge - from, edge + from - twice_top);
-            for channel in 0..channels {
+            for channel in 0..COLOURS {
                 let mean = half_changes[channel].mul_add(middle, tops[channel]);
                 mean.mul_add(rise, self.light[channel]).store_masked(passed, &mut sums[channel].0);
                 self.light[channel] = zero.select(passed, self.light[channel]);
             }
-            // Here there is none, but there may be some in the rest of a row.
-            if !DETAIL && self.has_detail {
-                for (light, sum) in self.light[DEVIATION..].iter_mut().zip(&mut sums[DEVIATION..]) {
-                    light.store_masked(passed, &mut sum.0);
-                    *light = zero.select(passed, *light);
+            if is_marked {
+                for ((top, change), mark) in marks.iter().zip(&mut sums[COLOURS..]) {
+                    change.mul_add(edge - high, *top).store_masked(passed, &mut mark.0);
                 }
             }
             from = edge.select(passed, from);
         }
 
         let (rise, middle) = (high - from, high + from - twice_top);
-        for channel in 0..channels {
+        for channel in 0..COLOURS {
             let mean = half_changes[channel].mul_add(middle, tops[channel]);
             let light = mean.mul_add(rise, self.light[channel]);
             self.light[channel] = light.select(rises, self.light[channel]);
         }
 
         self.covered = self.covered.max(passable);
+    }
+
+    /// Has edges up to `end` tell of detail: planes that went past them before had none there.
+    #[inline(always)]
+    fn begin_detail(&mut self, end: usize) {
+        for sums in self.sums.get_mut(self.detailed..end).unwrap_or_default() {
+            sums[DEVIATION] = Sixteen::default();
+        }
+        self.detailed = self.detailed.max(end);
     }
 
     /// Inverse depth in the middles of rows that a stretch covers.
@@ -353,51 +370,46 @@ impl<V: Simd> Covering<'_, V> {
     #[inline(always)]
     fn close(&mut self, planes: V::M, index: usize) {
         let zero = self.simd.splat(0.0);
-        for (channel, sum) in self.sums[index].iter_mut().enumerate() {
+        for (channel, sum) in self.sums[index][..COLOURS].iter_mut().enumerate() {
             self.light[channel].store_masked(planes, &mut sum.0);
             self.light[channel] = zero.select(planes, self.light[channel]);
         }
     }
 
-    /// Takes light from edges to rows that all planes cover: with detail, which needs the row above, too, one later, unless there `is_nothing` above.
+    /// Takes light from edges to rows that all planes cover.
     #[inline(always)]
-    fn close_rows(&mut self, is_nothing: bool) {
+    fn close_rows(&mut self) {
         let least = self.covered.least();
         let per_rows = &self.rows.row_table.per_row[self.rows.first..];
-        let later = usize::from(self.has_detail && !is_nothing);
-        while self.closed < self.rows.cells.len()
-            && self.edges.get(self.closed + 1 + later).is_some_and(|&edge| edge <= least)
-        {
+        while self.closed < self.rows.cells.len() && self.edges[self.closed + 1] <= least {
             let (row, per_row) = (self.closed, per_rows[self.closed]);
             let mut light = mean(self.simd, &self.sums[row + 1], per_row);
-            if self.has_detail {
-                let beside = if is_nothing { row.saturating_sub(1) } else { row + 1 };
-                self.add_detail(row, beside, per_rows, &mut light);
+            if row + 1 < self.detailed {
+                self.add_detail(row, &mut light);
             }
             self.rows.scale.encode(self.simd, light, &mut self.rows.cells[row]);
             self.closed += 1;
         }
     }
 
-    /// Multiplies the light of a row by what lies below the voxel. The row `beside` it tells how far the surface goes on from edge to edge.
+    /// Multiplies the light of a row by what lies below the voxel, between where the surface is on its edges.
     #[inline(always)]
-    fn add_detail(&self, row: usize, beside: usize, per_rows: &[f32], light: &mut [V::F; 3]) {
+    fn add_detail(&self, row: usize, light: &mut [V::F; COLOURS]) {
         let simd = self.simd;
         let Some(detail) = &self.rows.detail else { return };
-        let [sum, next] = [row, beside].each(|row| &self.sums[row + 1]);
-        let per_row = simd.splat(per_rows[row]);
-        let deviation = simd.load(&sum[DEVIATION].0) * per_row;
-        if deviation.greatest() < LEAST_DEVIATION {
-            return;
-        }
-
+        let edges = [&self.sums[row], &self.sums[row + 1]];
+        // None where one of them lies on what has none.
+        let [lower, upper] = edges.each(|edge| simd.load(&edge[DEVIATION].0));
+        let deviation = lower.min(upper);
         let tangent = self.rows.row_table.centres[self.rows.first + row];
-        let inverse = simd.load(&sum[INVERSE].0) * per_row;
-        let change = simd.load(&next[INVERSE].0) * simd.splat(per_rows[beside]) - inverse;
-        let slant = (self.squares + simd.splat(tangent * tangent)).sqrt();
-        let factor = detail.factor(simd, &DetailedRow { inverse, change, slant, deviation });
-        for light in light {
-            *light = *light * factor;
+        let [near, far] = edges.each(|edge| simd.load(&edge[INVERSE].0));
+        let inverse = (near + far) * simd.splat(0.5);
+        let slant_squared = self.squares + simd.splat(tangent * tangent);
+        let row = DetailedRow { inverse, change: far - near, slant_squared, deviation };
+        if let Some(factor) = detail.factor(simd, &row) {
+            for light in light {
+                *light = *light * factor;
+            }
         }
     }
 
@@ -405,9 +417,7 @@ impl<V: Simd> Covering<'_, V> {
     #[inline(always)]
     fn finish<const FOG_OR_GLOW: bool>(mut self, plane_air: PlaneAir<'_>) {
         let simd = self.simd;
-        self.close_rows(false);
-        // The last row has nothing whole above it.
-        self.close_rows(true);
+        self.close_rows();
         let open = self.closed + 1;
         // Above this edge there is nothing but sky.
         let greatest = self.covered.greatest();
@@ -452,7 +462,7 @@ impl<V: Simd> Covering<'_, V> {
 
 /// Light of a row, of which the sum and one by the height are given.
 #[inline(always)]
-fn mean<V: Simd>(simd: V, sum: &PlaneLight, per_row: f32) -> [V::F; 3] {
+fn mean<V: Simd>(simd: V, sum: &EdgeLight, per_row: f32) -> [V::F; 3] {
     let mut light = [simd.splat(0.0); 3];
     for (channel, light) in light.iter_mut().enumerate() {
         *light = simd.load(&sum[channel].0) * simd.splat(per_row);

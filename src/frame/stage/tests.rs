@@ -6,8 +6,8 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 
 use super::cell::{Cell, Scale};
-use super::rows::{CHANNELS, ChunkLights, DEVIATION, PlaneLight, SegmentLights};
-use super::{EdgeSums, PlaneAir, RowDetail, RowFill};
+use super::rows::{ChunkLights, DEVIATION, PlaneLight, SegmentLights};
+use super::{DetailView, EdgeSums, PlaneAir, RowDetail, RowFill};
 use crate::raymarch::scan::{
     NO_SLOPE, PlaneGroup, Post, Profile, RowCoordinate, RowTable, SampleLine, VisibleSegment,
 };
@@ -74,7 +74,7 @@ impl ChunkLights for Given<'_> {
 
 /// Light without detail.
 fn lit([red, green, blue]: [[f32; LANES]; 3]) -> PlaneLight {
-    [Sixteen(red), Sixteen(green), Sixteen(blue), Sixteen::default(), Sixteen([0.01; LANES])]
+    [Sixteen(red), Sixteen(green), Sixteen(blue), Sixteen::default()]
 }
 
 /// Light with detail.
@@ -142,7 +142,7 @@ fn fill(
     };
     // What was in the memory before must not matter.
     let unknown = Sixteen([stale; LANES]);
-    let mut sums: EdgeSums = vec![[unknown; CHANNELS]; 2 * ROWS];
+    let mut sums: EdgeSums = vec![[unknown; DEVIATION + 2]; 2 * ROWS];
     let plane_air = PlaneAir { air: &air, squares: &[1.0; LANES] };
     rows.fill(isa, profile, Given(lights), plane_air, &mut sums).unwrap();
     cells
@@ -273,7 +273,9 @@ proptest! {
 
             // Detail of 0.3 at most: some rows have it, whatever was in the memory before.
             let rough: Vec<PlaneLight> = lights.iter().map(|light| with_deviation(light, 0.3)).collect();
-            let detail = RowDetail::new(&planes(), DVec3::new(70.0, 90.0, 100.0), 1.0e-3, 1.0, 1.0);
+            let eye = DVec3::new(70.0, 90.0, 100.0);
+            let view = DetailView { eye, angle: 1.0e-3, row: 1.0e-3, spacing: 1.0, strength: 1.0 };
+            let detail = RowDetail::new(&planes(), &view);
             let [one, other] = [f32::NAN, 1.0].map(|stale| fill(isa, &edges, &profile, &rough, &mut [], detail, stale));
             prop_assert!(one == other, "{isa}: rows depend on what was in the memory");
 

@@ -6,7 +6,7 @@ use super::RadiancePages;
 use super::cache::LineStrip;
 use super::facing::{Facing, STEEPER};
 use super::lines::{LineFilter, LineImage};
-use super::texels::{clipped, deviation, radiance, words, words_near};
+use super::texels::{clipped, deviation, deviation_near, radiance, words, words_near};
 use crate::simd::{Each, Floats, LANES, Simd};
 use crate::voxel::{BARE, Grid, PAGE_SIDE, PageId};
 use hedgehop_base::error::Result;
@@ -259,22 +259,6 @@ impl<V: Simd> Crossings<'_, '_, V> {
         self.runs.get(place.run as usize).is_some_and(|run| run.has_detail)
     }
 
-    /// Relative deviation of the same radiance as [`Self::sample_at`]'s below the voxel, of a line that has detail.
-    #[inline(always)]
-    pub fn deviation_at(&self, place: &TexelPlace, distance: V::F) -> V::F {
-        let simd = self.simd;
-        let Some((run, at)) = self.texels(place, distance) else { return simd.splat(0.0) };
-        let image = run.images[0].as_ref().filter(|_| place.start != FAR);
-        let near = image.and_then(|image| image.deviations.get(place.start as usize..)?.first_chunk());
-        let Some((near, image)) = near.zip(image) else {
-            return run.wide_deviation(simd, at, place.within as usize);
-        };
-        let at = clipped(simd, at, image.row);
-        let floor = at.floor();
-        let index = floor.to_int() + simd.splat_int(place.origin + 1);
-        deviation(simd, simd.permute_pairs(near, index), at - floor)
-    }
-
     /// The run of a place, and places of the planes among its texels.
     #[inline(always)]
     fn texels(&self, place: &TexelPlace, distance: V::F) -> Option<(&TexelRun, V::F)> {
@@ -293,6 +277,26 @@ impl<V: Simd> Crossings<'_, '_, V> {
                 radiance(simd, words_near(simd, near, clipped(simd, at, limit), place.origin))
             }
             None => run.wide(simd, at, place.within as usize),
+        }
+    }
+
+    /// The same radiance, and its relative deviation below the voxel, of a line that has detail.
+    #[inline(always)]
+    pub fn sample_detail_at(&self, place: &TexelPlace, distance: V::F) -> ([V::F; 3], V::F) {
+        let simd = self.simd;
+        let Some((run, at)) = self.texels(place, distance) else {
+            return ([simd.splat(0.0); 3], simd.splat(0.0));
+        };
+        match run.near(place).zip(run.near_deviations(place)) {
+            Some(((near, limit), deviations)) => {
+                let at = clipped(simd, at, limit);
+                let colour = radiance(simd, words_near(simd, near, at, place.origin));
+                (colour, deviation_near(simd, deviations, at, place.origin))
+            }
+            None => {
+                let within = place.within as usize;
+                (run.wide(simd, at, within), run.wide_deviation(simd, at, within))
+            }
         }
     }
 }
@@ -318,6 +322,13 @@ impl TexelRun {
     fn near(&self, place: &TexelPlace) -> Option<(&[u32; 2 * LANES], usize)> {
         let image = self.images[0].as_ref().filter(|_| place.start != FAR)?;
         Some((image.texels.get(place.start as usize..)?.first_chunk()?, image.row))
+    }
+
+    /// Deviations under all planes, where [`Self::near`] has their texels.
+    #[inline(always)]
+    fn near_deviations(&self, place: &TexelPlace) -> Option<&[u16; 2 * LANES]> {
+        let image = self.images[0].as_ref()?;
+        image.deviations.get(place.start as usize..)?.first_chunk()
     }
 
     /// Reads colours where planes lie over several images, or far apart.

@@ -55,6 +55,14 @@ pub fn deviation<V: Simd>(simd: V, pairs: V::I, share: V::F) -> V::F {
     (to - from).mul_add(share, from) * simd.splat(1.0 / DEVIATION_UNITS)
 }
 
+/// Relative deviations about places, as [`words_near`] finds texels.
+#[inline(always)]
+pub fn deviation_near<V: Simd>(simd: V, near: &[u16; 2 * LANES], place: V::F, origin: i32) -> V::F {
+    let floor = place.floor();
+    let index = floor.to_int() + simd.splat_int(origin + 1);
+    deviation(simd, simd.permute_pairs(near, index), place - floor)
+}
+
 /// Between two codes, which are roots.
 #[inline(always)]
 fn mix<V: Simd>(simd: V, from: V::I, to: V::I, share: V::F) -> V::F {
