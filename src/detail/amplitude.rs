@@ -8,7 +8,7 @@
 //!
 //! An edge, of paint, a shadow or a kerb, leaves the posts beside it calm on their other side; texture does not.
 
-use super::field::{FieldArea, PostField, load};
+use super::field::{FieldArea, PostField, load, put};
 use crate::simd::{Floats, LANES, Mask, Simd};
 use crate::voxel::Material;
 
@@ -24,9 +24,9 @@ pub const AMPLITUDE_REACH: usize = OCTAVE_REACH + SIDE_REACH;
 /// Relative deviation of light (standard deviation over mean) of all hidden octaves together per [`calmer_side`] of [`finest`] over the root of light.
 ///
 /// The filter leaves 0.79 of an octave's energy, a voxel's mean holds 1/1.35 of it, the lesser sides of even noise have half of its standard deviation, four octaves have
-/// twice the deviation of one, and light has twice that of its root: 10. A fifth more makes up for imagery whose contrast lies in few places, by views over four pictures;
-/// others are judged.
-const PER_MAGNITUDE: f32 = 12.2;
+/// twice the deviation of one, and light has twice that of its root: 10. Half more makes up for imagery whose contrast lies in few places, and for what fades, by views
+/// over four pictures; others are judged.
+pub const PER_MAGNITUDE: f32 = 15.5;
 
 /// Greatest relative deviation of light: darker than black is nothing.
 pub const MOST_DEVIATION: f32 = 0.6;
@@ -177,12 +177,4 @@ fn calmer_side<V: Simd>(
 #[inline(always)]
 fn is_alike<F: Floats<M = M>, M: Mask>(one: F, other: F) -> M {
     one.le(other) & other.le(one)
-}
-
-/// Puts sixteen values.
-#[inline(always)]
-fn put<F: Floats>(lanes: F, target: &mut [f32], at: usize) {
-    if let Some(target) = target.get_mut(at..).and_then(|rest| rest.first_chunk_mut()) {
-        lanes.store(target);
-    }
 }

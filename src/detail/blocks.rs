@@ -5,8 +5,8 @@ use std::collections::HashMap;
 use glam::Vec3;
 
 use super::field::VOID_POST;
-use super::posts::{DETAIL_MARGIN, DETAIL_RING, DetailPosts, DetailSource};
-use crate::voxel::{PageId, PageView};
+use super::posts::{DETAIL_MARGIN, DETAIL_RING, DetailPosts, DetailSource, height_step};
+use crate::voxel::{Header, PageId, PageView};
 
 /// Posts along a side of a block.
 const SIDE: u32 = 32;
@@ -21,6 +21,8 @@ pub struct DetailedColour {
     pub albedo: Vec3,
     /// Relative deviation of light in all octaves below the voxel, 0…1.
     pub deviation: f32,
+    /// Relative deviation over a wall, −1…1: above 0 over (y, z), below over (x, z).
+    pub wall: f32,
 }
 
 /// Place among the posts of a page.
@@ -33,14 +35,22 @@ pub struct PostCell {
 }
 
 /// Posts with detail about the places that were asked for last.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct DetailBlocks {
+    /// Step of height codes, in sides of a voxel.
+    height_step: f32,
     blocks: HashMap<(PageId, [u32; 2]), DetailPosts>,
 }
 
 impl DetailBlocks {
+    /// None yet, of a database with such a header.
+    pub fn new(header: &Header) -> Self {
+        Self { height_step: height_step(header), blocks: HashMap::new() }
+    }
+
     /// Finds colour and amplitude at a place of a page, linear between posts.
     pub fn at(&mut self, id: PageId, view: &PageView<'_>, cell: PostCell) -> DetailedColour {
+        let height_step = self.height_step;
         let block = cell.post.map(|post| post.max(0) as u32 / SIDE);
         if self.blocks.len() >= MOST && !self.blocks.contains_key(&(id, block)) {
             self.blocks.clear();
@@ -49,7 +59,7 @@ impl DetailBlocks {
             let first = block.map(|index| index * SIDE);
             let size = [view.width - first[0], view.height - first[1]].map(|left| left.min(SIDE));
             let mut posts = DetailPosts::default();
-            posts.look_best(DetailSource { view: *view, first, size });
+            posts.look_best(DetailSource { view: *view, first, size, height_step });
             posts
         });
 
@@ -61,7 +71,7 @@ impl DetailBlocks {
 
 /// Mean of four posts by their shares, the south-western of which is counted from the first of the ring. Posts without a surface do not count.
 fn corner_mean(posts: &DetailPosts, south_west: [usize; 2], [east, north]: [f32; 2]) -> DetailedColour {
-    let (mut albedo, mut deviation, mut known) = (Vec3::ZERO, 0.0, 0.0);
+    let (mut albedo, mut deviation, mut wall, mut known) = (Vec3::ZERO, 0.0, 0.0, 0.0);
     for (row, rise) in [1.0 - north, north].into_iter().enumerate() {
         for (column, across) in [1.0 - east, east].into_iter().enumerate() {
             let at = [south_west[0] + column, south_west[1] + row];
@@ -73,7 +83,8 @@ fn corner_mean(posts: &DetailPosts, south_west: [usize; 2], [east, north]: [f32;
                 known += share;
             }
             deviation += posts.deviations(at).first().copied().unwrap_or(0.0) * share;
+            wall += posts.wall_deviations(at).first().copied().unwrap_or(0.0) * share;
         }
     }
-    DetailedColour { albedo: albedo / f32::max(known, f32::MIN_POSITIVE), deviation }
+    DetailedColour { albedo: albedo / f32::max(known, f32::MIN_POSITIVE), deviation, wall }
 }

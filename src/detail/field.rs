@@ -1,6 +1,6 @@
 //! Numbers of posts side by side.
 
-use crate::simd::{LANES, Simd};
+use crate::simd::{Floats, LANES, Simd};
 
 /// A number for each post of some rows, `[north][east]`, and some lanes behind them; below 0: the post is void.
 #[derive(Debug, Default)]
@@ -37,4 +37,12 @@ impl PostField {
 #[inline(always)]
 pub fn load<V: Simd>(simd: V, values: &[f32], at: usize) -> V::F {
     values.get(at..).and_then(|rest| rest.first_chunk()).map_or(simd.splat(0.0), |lanes| simd.load(lanes))
+}
+
+/// Puts sixteen values from an index on.
+#[inline(always)]
+pub fn put<F: Floats>(lanes: F, target: &mut [f32], at: usize) {
+    if let Some(target) = target.get_mut(at..).and_then(|rest| rest.first_chunk_mut()) {
+        lanes.store(target);
+    }
 }

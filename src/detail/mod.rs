@@ -4,6 +4,7 @@
 //! posts of the finest level:
 //!     colour     such that interpolation between posts gives each voxel back its own mean      mean_keeping
 //!     amplitude  how rough the imagery is there, by its finest octave                          amplitude
+//!     walls      calmed, and detail over their face instead of the ground                      walls
 //! pixels nearer than a voxel's width:
 //!     light × (1 + amplitude · mean of a repeating tile over the footprint)                    ground tile
 //! ```
@@ -19,8 +20,10 @@ mod mean_keeping;
 mod posts;
 #[cfg(test)]
 mod tests;
+mod walls;
 
 pub use amplitude::MOST_DEVIATION;
 pub use blocks::{DetailBlocks, DetailedColour, PostCell};
 pub use ground_tile::{FADING, GroundTile};
-pub use posts::{DETAIL_MARGIN, DETAIL_RING, DetailPosts, DetailSource};
+pub use posts::{DETAIL_MARGIN, DETAIL_RING, DetailPosts, DetailSource, height_step};
+pub use walls::{LEAST_TOWARD, WALL_SCALE};

@@ -3,15 +3,19 @@
 use super::amplitude::{AMPLITUDE_REACH, AmplitudeFields, AmplitudeScratch, material_factor};
 use super::field::{FieldArea, PostField, VOID_POST, load};
 use super::mean_keeping::{KEEPING_REACH, keep_means};
+use super::walls::{WALL_REACH, Walls};
 use crate::simd::{Floats, Ints, Isa, Kernel, LANES, Simd};
-use crate::voxel::{APRON, HeightCode, Material, PageView};
+use crate::voxel::{APRON, Header, HeightCode, Material, PageView};
 use hedgehop_base::colour::{LUMINANCE, linear_of_codes};
 
 /// Posts around a part whose colours keep means and which have amplitudes: as many as interpolation takes.
 pub const DETAIL_RING: usize = 1;
 
 /// Posts around those that they depend on.
-const REACH: usize = if KEEPING_REACH > AMPLITUDE_REACH { KEEPING_REACH } else { AMPLITUDE_REACH };
+const REACH: usize = AMPLITUDE_REACH;
+
+// Nothing else depends on more of them.
+const _: () = assert!(KEEPING_REACH <= REACH && WALL_REACH <= REACH);
 
 /// Posts around a part that have colours.
 pub const DETAIL_MARGIN: usize = DETAIL_RING + REACH;
@@ -28,6 +32,8 @@ pub struct DetailSource<'v> {
     pub first: [u32; 2],
     /// Posts of the part, eastward and northward.
     pub size: [u32; 2],
+    /// Step of height codes, in sides of a voxel.
+    pub height_step: f32,
 }
 
 /// Colours and amplitudes of a part's posts and of those around it; memory for them that is used again and again.
@@ -39,6 +45,8 @@ pub struct DetailPosts {
     deviations: Vec<f32>,
     /// Posts of a row of these.
     padded: usize,
+    /// Steep posts among these.
+    walls: Walls,
     scratch: PostScratch,
 }
 
@@ -68,14 +76,22 @@ impl Kernel for DetailLook<'_, '_> {
         posts.read(simd, &source);
 
         let size = source.size.map(|side| side as usize + 2 * DETAIL_RING);
-        let DetailPosts { colours, deviations, padded, scratch } = posts;
+        let DetailPosts { colours, deviations, padded, walls, scratch } = posts;
         let PostScratch { fields, luminance, between, kept, amplitude } = scratch;
         let area = FieldArea { first: REACH * (fields.roots.stride + 1), size };
         amplitude.find(simd, fields, area, deviations);
         *padded = AmplitudeScratch::padded(size[0]);
         reduce(deviations, *padded, &fields.materials, area);
 
+        walls.find(simd, area);
+        if walls.is_any {
+            walls.split(simd, deviations, area);
+            walls.average(simd, luminance, area);
+        }
         keep_means(simd, luminance, area, between, kept);
+        if walls.is_any {
+            walls.calm(simd, luminance, area);
+        }
         brighten(simd, colours, &fields.roots, luminance, area);
     }
 }
@@ -95,7 +111,7 @@ impl DetailPosts {
     /// Reads the light of a part's posts and of all that they depend on.
     #[inline(always)]
     fn read<V: Simd>(&mut self, simd: V, source: &DetailSource<'_>) {
-        let Self { colours, scratch: PostScratch { fields, luminance: luminances, .. }, .. } = self;
+        let Self { colours, walls, scratch: PostScratch { fields, luminance: luminances, .. }, .. } = self;
         let AmplitudeFields { roots, materials } = fields;
         let view = &source.view;
         let wide = view.width as usize + 2 * APRON as usize;
@@ -105,7 +121,7 @@ impl DetailPosts {
         let (low, void) = (simd.splat_int(0xff), simd.splat(VOID_POST));
         colours
             .iter_mut()
-            .chain([&mut *roots, &mut *materials, &mut *luminances])
+            .chain([&mut *roots, &mut *materials, &mut *luminances, &mut walls.heights])
             .for_each(|field| field.resize(width, height));
 
         source.materials(materials, [width, height]);
@@ -115,9 +131,9 @@ impl DetailPosts {
             for column in (0..width).step_by(LANES) {
                 let post = start + column;
                 let codes = simd.load_triples(&some(bytes, 3 * post));
-                let none = simd
-                    .load_shorts(&some(view.heights, post))
-                    .eq(simd.splat_int(i32::from(HeightCode::EMPTY)));
+                let height = simd.load_shorts(&some(view.heights, post));
+                let none = height.eq(simd.splat_int(i32::from(HeightCode::EMPTY)));
+                let height = height.to_float() * simd.splat(source.height_step);
                 let channels = [codes & low, codes.shr::<8>() & low, codes.shr::<16>()];
                 let mut luminance = simd.splat(0.0);
                 for (channel, code) in channels.into_iter().enumerate() {
@@ -128,7 +144,11 @@ impl DetailPosts {
                     }
                 }
                 let at = row * width + column;
-                for (field, value) in [(&mut *roots, luminance.sqrt()), (&mut *luminances, luminance)] {
+                for (field, value) in [
+                    (&mut *roots, luminance.sqrt()),
+                    (&mut *luminances, luminance),
+                    (&mut walls.heights, height),
+                ] {
                     if let Some(target) = field.values[at..].first_chunk_mut() {
                         void.select(none, value).store(target);
                     }
@@ -149,6 +169,15 @@ impl DetailPosts {
     #[inline(always)]
     pub fn deviations(&self, [column, row]: [usize; 2]) -> &[f32] {
         self.deviations.get(row * self.padded + column..).unwrap_or_default()
+    }
+}
+
+impl DetailPosts {
+    /// Relative deviations of light over walls, as [`Self::deviations`]: above 0 over (y, z), below over (x, z); empty if there are no walls.
+    #[inline(always)]
+    pub fn wall_deviations(&self, [column, row]: [usize; 2]) -> &[f32] {
+        let walls = if self.walls.is_any { &self.walls.deviations[..] } else { &[] };
+        walls.get(row * self.padded + column..).unwrap_or_default()
     }
 }
 
@@ -211,6 +240,11 @@ fn reduce(deviations: &mut [f32], padded: usize, materials: &PostField, area: Fi
             *deviation *= material_factor(Material::of_code(kind as u8));
         }
     }
+}
+
+/// Step of a database's height codes, in sides of a voxel of the finest level.
+pub fn height_step(header: &Header) -> f32 {
+    (header.heights.scale / header.grid.spacing) as f32
 }
 
 /// Copies elements from an index on; beyond the end they are 0.

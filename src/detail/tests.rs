@@ -3,6 +3,7 @@
 use glam::DVec2;
 use proptest::prelude::*;
 
+use super::walls::STEEP;
 use super::*;
 use crate::simd::{Floats, Isa, Kernel, LANES, Simd};
 use crate::voxel::{Grid, Material, MemPages, Metadata, PageId, PageSource, build_in_memory};
@@ -54,7 +55,7 @@ fn light_between_posts_keeps_the_means_of_voxels() {
     for seed in 0..4 {
         let colour = |x: i64, y: i64| [120 + (16.0 * chance(x, y, seed)) as u8; 3];
         let source = ground(colour);
-        let mut blocks = DetailBlocks::default();
+        let mut blocks = DetailBlocks::new(source.header());
         let mut worst = 0.0_f32;
         for (x, y) in (4..36).flat_map(|x| (4..36).map(move |y| (x, y))) {
             let own = linear_from_srgb8(colour(x, y))[1];
@@ -67,7 +68,7 @@ fn light_between_posts_keeps_the_means_of_voxels() {
 #[test]
 fn light_keeps_its_sign_and_white_stays_white() {
     let source = ground(|x, y| if (x + y) % 2 == 0 { [255; 3] } else { [0; 3] });
-    let mut blocks = DetailBlocks::default();
+    let mut blocks = DetailBlocks::new(source.header());
     for (x, y) in (0..400).flat_map(|x| (0..400).map(move |y| (x, y))) {
         let light = at(&mut blocks, &source, DVec2::new(f64::from(x), f64::from(y)) * 0.1).albedo;
         assert!(light.min_element() >= 0.0 && light.max_element() <= 1.0, "{light}");
@@ -82,7 +83,7 @@ fn amplitudes_follow_the_imagery_and_the_material() {
         [hedgehop_base::colour::srgb8_from_linear((root * root) as f32); 3]
     });
     let deviation = |source: &MemPages| {
-        let mut blocks = DetailBlocks::default();
+        let mut blocks = DetailBlocks::new(source.header());
         let mut sum = 0.0;
         for (x, y) in (8..32).flat_map(|x| (8..32).map(move |y| (x, y))) {
             sum += at(&mut blocks, source, DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5)).deviation;
@@ -91,7 +92,7 @@ fn amplitudes_follow_the_imagery_and_the_material() {
     };
     // The filter leaves (1 − ¼)² + 4·⅛² + 4·(1/16)² of white energy; of neighbours that hang together the lesser sides have two thirds of the deviation.
     let left = (0.75_f32.powi(2) + 4.0 / 64.0 + 4.0 / 256.0).sqrt();
-    let wanted = 12.2 * 0.6 * 0.03 * left / 0.5;
+    let wanted = super::amplitude::PER_MAGNITUDE * 0.6 * 0.03 * left / 0.5;
     let found = deviation(&rough);
     assert!((found / wanted - 1.0).abs() < 0.15, "{found} for {wanted}");
     assert_eq!(deviation(&ground(|_, _| [120; 3])), 0.0);
@@ -169,5 +170,52 @@ proptest! {
                 prop_assert!((f64::from(found[lane]) - wanted).abs() < 2e-3, "{isa}: {} for {wanted}", found[lane]);
             }
         }
+    }
+}
+
+/// Ground that rises by `slope` (eastward and northward) per voxel, of the colours that `colour` gives posts.
+fn incline(slope: [f64; 2], colour: impl Fn(i64, i64) -> [u8; 3]) -> MemPages {
+    let grid = Grid { nx: SIDE, ny: SIDE, spacing: 1.0, origin: DVec2::ZERO };
+    let posts = (0..i64::from(SIDE)).flat_map(|y| (0..i64::from(SIDE)).map(move |x| (x, y)));
+    let (heights, colours): (Vec<_>, Vec<_>) =
+        posts.map(|(x, y)| (slope[0] * x as f64 + slope[1] * y as f64, colour(x, y))).unzip();
+    build_in_memory(grid, &heights, &colours, None, &Metadata::default()).unwrap()
+}
+
+#[test]
+fn walls_are_calm_and_their_detail_lies_over_them() {
+    let colour = |x: i64, y: i64| [100 + (60.0 * chance(x, y, 1)) as u8; 3];
+    let look = |slope: [f64; 2]| -> Vec<DetailedColour> {
+        let source = incline(slope, colour);
+        let mut blocks = DetailBlocks::new(source.header());
+        let posts = (8..32).flat_map(|x| (8..32).map(move |y| DVec2::new(f64::from(x), f64::from(y)) + 0.5));
+        posts.map(|place| at(&mut blocks, &source, place)).collect()
+    };
+    let spread = |posts: &[DetailedColour]| {
+        let mean = posts.iter().map(|post| post.albedo.y).sum::<f32>() / posts.len() as f32;
+        (posts.iter().map(|post| (post.albedo.y - mean).powi(2)).sum::<f32>() / posts.len() as f32).sqrt()
+            / mean
+    };
+
+    // Level ground and gentle slopes have none of it.
+    let level = look([0.0, 0.0]);
+    for (gentle, level) in look([1.0, 1.0]).iter().zip(&level) {
+        assert_eq!(gentle, level);
+        assert_eq!(level.wall, 0.0);
+    }
+
+    // 49 posts have a seventh of the spread of one; sharpened ones of the level have half as much again.
+    for (slope, sign) in [([3.0, 0.5], 1.0), ([-3.0, 0.5], 1.0), ([0.5, 3.0], -1.0), ([1.0, -3.0], -1.0)] {
+        let steep = look(slope);
+        assert!(spread(&steep) < 0.2 * spread(&level), "{slope:?}: {} of {}", spread(&steep), spread(&level));
+        for post in &steep {
+            assert!(post.deviation < 1e-6 && post.wall * sign > 0.149, "{slope:?}: {post:?}");
+        }
+    }
+
+    // Half of the way variance is shared.
+    for (half, level) in look([(0.5 * f64::from(STEEP[0] + STEEP[1])).sqrt(), 0.0]).iter().zip(&level) {
+        let whole = (half.deviation.powi(2) + half.wall.powi(2)).sqrt();
+        assert!(whole > 0.999 * level.deviation && half.wall > 0.1, "{half:?} for {level:?}");
     }
 }

@@ -11,10 +11,10 @@
 //! range; blending between levels hides where one follows the other (Williams, *Pyramidal
 //! parametrics*, 1983), and taps along the footprint keep grazing views sharp.
 
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec2, Vec3};
 
 use super::{Contact, Face, GridRay, PageCursor, SolidHit};
-use crate::detail::{DetailBlocks, GroundTile, PostCell};
+use crate::detail::{DetailBlocks, DetailedColour, GroundTile, LEAST_TOWARD, PostCell, WALL_SCALE};
 use crate::space::Footprint;
 use crate::sunlight::{ShadeSampler, Shades};
 use crate::voxel::{Attributes, Grid, PageSource, RADIX};
@@ -101,7 +101,7 @@ impl<'a> SurfaceFilter<'a> {
             coarsest: header.level_count - 1,
             source,
             shade: None,
-            detail: DetailBlocks::default(),
+            detail: DetailBlocks::new(header),
             detail_synthesis: 0.0,
         }
     }
@@ -162,24 +162,42 @@ impl<'a> SurfaceFilter<'a> {
         let way = direction.truncate().normalize_or(DVec2::X);
         let along = width * normal.z / normal.dot(direction).abs().max(LEAST_SINE);
 
-        let strength = self.detail_synthesis * GroundTile::fading(DVec2::new(along, width));
-        let (Some(tile), true) = (GroundTile::codes(), blend.fine == 0 && strength > 0.0) else {
+        let (Some(tile), true) = (GroundTile::codes(), blend.fine == 0 && self.detail_synthesis > 0.0) else {
             return Ok(1.0);
         };
-        let deviation = self.mean(units, footprint, |filter, units| filter.deviation(units))?;
+        let over_ground = GroundTile::fading(DVec2::new(along, width));
+        let rise = width * normal.truncate().dot(way).abs() / normal.dot(direction).abs().max(LEAST_SINE);
+        let over_walls = GroundTile::fading(DVec2::new(rise, width));
+        if over_ground.max(over_walls) == 0.0 {
+            return Ok(1.0);
+        }
+        let deviations = self.mean(units, footprint, |filter, units| filter.deviations(units))?;
         let squares = way * way * (along * along) + way.perp() * way.perp() * (width * width);
         // The tile begins anew where an area that repeats does.
-        let mean = tile.mean(self.within(units), squares.map(f64::sqrt));
+        let mut more =
+            f64::from(deviations.x) * over_ground * tile.mean(self.within(units), squares.map(f64::sqrt));
 
-        Ok((1.0 + f64::from(deviation) * strength * mean).max(0.0) as f32)
+        // Over (y, z) or (x, z).
+        if deviations.y != 0.0 {
+            let axis = usize::from(deviations.y > 0.0);
+            let toward = way[1 - axis].powi(2).max(f64::from(LEAST_TOWARD)).sqrt();
+            let place = DVec2::new(self.within(units)[axis], ray.at(contact.range).z / self.grid.spacing);
+            let sides = DVec2::new(width / toward, rise);
+            let mean = tile.mean(place * WALL_SCALE, sides * WALL_SCALE);
+            more += f64::from(deviations.y.abs()) * over_walls * mean;
+        }
+
+        Ok((1.0 + self.detail_synthesis * more).max(0.0) as f32)
     }
 
-    /// Relative deviation of light below the finest voxel at a position in units; 0 where its page is absent.
-    fn deviation(&mut self, units: DVec2) -> Result<f32> {
+    /// Relative deviations of light below the finest voxel at a position in units, over the ground and over walls as [`DetailedColour`] tells them; 0 where its
+    /// page is absent.
+    fn deviations(&mut self, units: DVec2) -> Result<Vec2> {
         let (cell, fraction) = self.cursor.cells(0).cell_at(units);
-        let Some((id, view, post)) = self.cursor.page_of_cell(0, cell)? else { return Ok(0.0) };
+        let Some((id, view, post)) = self.cursor.page_of_cell(0, cell)? else { return Ok(Vec2::ZERO) };
         let cell = PostCell { post, share: [fraction.x as f32, fraction.y as f32] };
-        Ok(self.detail.at(id, &view, cell).deviation)
+        let DetailedColour { deviation, wall, .. } = self.detail.at(id, &view, cell);
+        Ok(Vec2::new(deviation, wall))
     }
 
     /// Unit vector along a ray that changes by `slope` (units, units, metres) per metre of range.

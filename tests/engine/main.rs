@@ -30,4 +30,5 @@ mod scan;
 mod scenes;
 mod spans;
 mod trails;
+mod walls;
 mod weather;

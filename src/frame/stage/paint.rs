@@ -3,9 +3,9 @@
 use glam::DVec3;
 
 use super::row_detail::{RowDetail, StretchEnds};
-use super::rows::{CHUNK, ChunkLights, DEVIATION, PlaneAir, PlaneLight, SegmentLights};
+use super::rows::{CHUNK, ChunkDetail, ChunkLights, GROUND, PlaneAir, PlaneLight, SegmentLights, WALL};
 use crate::raymarch::scan::{NO_SLOPE, PlaneGroup, SampleLine, VisibleSegment};
-use crate::sensor::radiance::{Crossings, ImageLine, LineSampler, PlanesAbove, TexelPlace};
+use crate::sensor::radiance::{Crossings, Deviations, ImageLine, LineSampler, PlanesAbove, TexelPlace};
 use crate::simd::{Floats, Simd};
 use crate::voxel::Grid;
 use crate::weather::AtmosphereLanes;
@@ -93,17 +93,17 @@ impl<V: Simd, const FOG_OR_GLOW: bool> ChunkLights for Painted<'_, '_, '_, V, FO
         chunk: &[VisibleSegment],
         later: &[VisibleSegment],
         lights: &mut [PlaneLight],
-    ) -> Result<bool> {
+    ) -> Result<ChunkDetail> {
         let (simd, air) = (self.simd, self.air);
-        let mut has_detail = false;
+        let mut seen_detail = ChunkDetail::None;
         for (index, (segment, light)) in chunk.iter().zip(lights).enumerate() {
             let place = self.places[index];
             let (slope, inverse) = (simd.load(&segment.slope.0), simd.load(&segment.inverse.0));
             let depth = inverse.recip();
             let before = std::mem::replace(&mut self.before, [slope, inverse]);
             let is_detailed = self.has_detail(&place, depth, before);
-            let (colour, mut deviation) = match (is_detailed, segment.line.share < 1.0) {
-                (false, false) => (self.crossings.sample(&place), simd.splat(0.0)),
+            let (colour, mut deviations) = match (is_detailed, segment.line.share < 1.0) {
+                (false, false) => (self.crossings.sample(&place), Deviations::none(simd)),
                 (true, false) => self.crossings.sample_detail_at(&place, simd.splat(segment.line.distance)),
                 (false, true) => self.between::<false>(segment, &place, depth)?,
                 (true, true) => self.between::<true>(segment, &place, depth)?,
@@ -114,13 +114,18 @@ impl<V: Simd, const FOG_OR_GLOW: bool> ChunkLights for Painted<'_, '_, '_, V, FO
             let seen = air.haze::<V, FOG_OR_GLOW>(simd, colour, slant * depth, slope * depth);
             if is_detailed {
                 let share = air.ground_share::<V, FOG_OR_GLOW>(simd, seen, slant * depth, slope * depth);
-                deviation = deviation * share;
-                has_detail = true;
+                deviations = Deviations { ground: deviations.ground * share, wall: deviations.wall * share };
+                let has_walls = self.crossings.has_walls(&place);
+                seen_detail =
+                    seen_detail.max(if has_walls { ChunkDetail::Walls } else { ChunkDetail::Ground });
             }
             for (channel, seen) in seen.into_iter().enumerate() {
                 seen.store(&mut light[channel].0);
             }
-            deviation.store(&mut light[DEVIATION].0);
+            if self.detail.is_some() {
+                deviations.ground.store(&mut light[GROUND].0);
+                deviations.wall.store(&mut light[WALL].0);
+            }
 
             // One after the other: a processor has only so many reads on their way.
             if let Some(segment) = later.get(index) {
@@ -128,7 +133,7 @@ impl<V: Simd, const FOG_OR_GLOW: bool> ChunkLights for Painted<'_, '_, '_, V, FO
             }
         }
 
-        Ok(has_detail)
+        Ok(seen_detail)
     }
 }
 
@@ -150,14 +155,14 @@ impl<V: Simd, const FOG_OR_GLOW: bool> Painted<'_, '_, '_, V, FOG_OR_GLOW> {
         detail.is_seen(self.simd, &StretchEnds { slopes: [low, high], inverse: [near, far], depth })
     }
 
-    /// Radiance of a segment between a line and the one before it at depths, and its relative deviation below the voxel, which is none without `DETAIL`.
+    /// Radiance of a segment between a line and the one before it at depths, and its relative deviations below the voxel, which are none without `DETAIL`.
     #[inline(always)]
     fn between<const DETAIL: bool>(
         &mut self,
         segment: &VisibleSegment,
         place: &TexelPlace,
         depth: V::F,
-    ) -> Result<([V::F; 3], V::F)> {
+    ) -> Result<([V::F; 3], Deviations<V>)> {
         let (at, share) = between_lines(self.simd, &segment.line, depth * self.depth.recip());
         let line = image_line(&segment.line);
         let before = match self.crossings.beside(place, &line, -self.forward) {
@@ -165,17 +170,21 @@ impl<V: Simd, const FOG_OR_GLOW: bool> Painted<'_, '_, '_, V, FOG_OR_GLOW> {
             None => self.crossings.seek(ImageLine { index: line.index - self.forward, ..line })?,
         };
 
-        let [(before, rough_before), (mut colour, rough)] = if DETAIL {
+        let [(before, rough_before), (mut colour, mut rough)] = if DETAIL {
             [self.crossings.sample_detail_at(&before, at), self.crossings.sample_detail_at(place, at)]
         } else {
-            let none = self.simd.splat(0.0);
+            let none = Deviations::none(self.simd);
             [(self.crossings.sample_at(&before, at), none), (self.crossings.sample_at(place, at), none)]
         };
         for (channel, colour) in colour.iter_mut().enumerate() {
             let before = before[channel];
             *colour = (*colour - before).mul_add(share, before);
         }
-        Ok((colour, (rough - rough_before).mul_add(share, rough_before)))
+        if DETAIL {
+            rough.ground = (rough.ground - rough_before.ground).mul_add(share, rough_before.ground);
+            rough.wall = (rough.wall - rough_before.wall).mul_add(share, rough_before.wall);
+        }
+        Ok((colour, rough))
     }
 }
 

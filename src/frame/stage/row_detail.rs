@@ -5,14 +5,17 @@
 //! along      = distance between the row's edges, where the surface is on each
 //! across     = range · angle of a pixel
 //! light of the row × (1 + deviation · mean of the tile over the box with the same second moments)
+//!
+//! walls:       the tile stands over (y, z) or (x, z), and so does the box
 //! ```
 
 use glam::DVec3;
 use hedgehop_texture::{CELLS_PER_VOXEL, SIDE};
 
-use crate::detail::{FADING, GroundTile};
+use crate::detail::{FADING, GroundTile, LEAST_TOWARD, WALL_SCALE};
 use crate::raymarch::scan::PlaneGroup;
-use crate::simd::{Each, Floats, LANES, Mask, Simd};
+use crate::sensor::radiance::Deviations;
+use crate::simd::{Each, Floats, Kernel, LANES, Mask, Simd};
 
 /// Cells of the tile per unit.
 const CELLS: f64 = CELLS_PER_VOXEL as f64;
@@ -39,6 +42,12 @@ pub struct RowDetail {
     eye: [f32; 2],
     /// Cells along the major axis, with its sense, and along the minor one, per metre of depth.
     per_depth: [[f32; LANES]; 2],
+    /// The eye over walls: east, north and up, cells from a corner of the tile.
+    eye_by_walls: [f32; 3],
+    /// Cells along the axes of a wall that lies over (y, z) and over (x, z), squared, per squared cell that a pixel is wide.
+    by_walls: [[f32; LANES]; 2],
+    /// Cells per metre.
+    per_metre: f32,
     /// Squared cells along the ground per squared metre of depth.
     squared_per_depth: [f32; LANES],
     /// Squared cells that a pixel is wide per squared metre of range.
@@ -50,14 +59,55 @@ pub struct RowDetail {
 
 /// Row of planes that asks for detail.
 pub struct DetailedRow<V: Simd> {
+    /// The set of instructions.
+    pub simd: V,
     /// Inverse depth in its middle, 1/metres.
     pub inverse: V::F,
     /// Change of it from edge to edge, 1/metres.
     pub change: V::F,
     /// Square of range per depth.
     pub slant_squared: V::F,
-    /// Relative deviation of its light.
-    pub deviation: V::F,
+    /// Tangent in its middle, and from edge to edge.
+    pub tangent: f32,
+    pub height: f32,
+    /// Whether there are deviations over walls.
+    pub has_walls: bool,
+    /// Relative deviations of its light.
+    pub deviations: Deviations<V>,
+}
+
+/// Look at what lies over walls in a row: few rows have it, so that it is kept out of what all do.
+struct WallLook<'d, 'r, V: Simd> {
+    detail: &'d RowDetail,
+    row: &'r DetailedRow<V>,
+    footprint: Footprint<V>,
+}
+
+impl<V: Simd> Kernel for WallLook<'_, '_, V> {
+    type Output = V::F;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) -> V::F {
+        self.detail.over_walls(self.row.simd, self.row, &self.footprint)
+    }
+}
+
+/// Looks at what lies over walls.
+#[cold]
+#[inline(never)]
+fn wall<V: Simd>(simd: V, look: WallLook<'_, '_, V>) -> V::F {
+    simd.call(look)
+}
+
+/// Place and width of a row of planes.
+struct Footprint<V: Simd> {
+    /// Depth, metres.
+    depth: V::F,
+    /// From the eye along the major axis and along the minor one, cells.
+    major: V::F,
+    minor: V::F,
+    /// Square of the width, cells².
+    width: V::F,
 }
 
 /// View in which detail is seen.
@@ -96,14 +146,26 @@ impl RowDetail {
             std::array::from_fn(|lane| cells(lane, *forward)),
             std::array::from_fn(|lane| cells(lane, f64::from(minor[lane]))),
         ];
+        let squared_per_depth: [f32; LANES] =
+            std::array::from_fn(|lane| per_depth[0][lane].powi(2) + per_depth[1][lane].powi(2));
+        // Seen at a grazing angle, a pixel goes over more of a wall.
+        let by_wall = |axis: usize| {
+            let toward = &per_depth[usize::from(axis != *major)];
+            std::array::from_fn(|lane| {
+                let square = toward[lane] * toward[lane] / squared_per_depth[lane];
+                square.max(LEAST_TOWARD).recip() * (WALL_SCALE * WALL_SCALE) as f32
+            })
+        };
         Some(Self {
             tile,
             major: *major,
+            eye_by_walls: [eye.x, eye.y, eye.z / spacing]
+                .each(|at| (at * CELLS * WALL_SCALE).rem_euclid(SIDE as f64) as f32),
+            by_walls: [by_wall(0), by_wall(1)],
+            per_metre: (CELLS / spacing) as f32,
             eye: [eye.x, eye.y].each(|at| (at * CELLS).rem_euclid(SIDE as f64) as f32),
             per_depth,
-            squared_per_depth: std::array::from_fn(|lane| {
-                per_depth[0][lane].powi(2) + per_depth[1][lane].powi(2)
-            }),
+            squared_per_depth,
             squared_per_range: (angle * CELLS / spacing).powi(2) as f32,
             row,
             strength: strength as f32,
@@ -132,10 +194,15 @@ impl RowDetail {
         let (per_depth, per_range) = (simd.load(&self.squared_per_depth), simd.splat(self.squared_per_range));
         let distance = per_depth * depth * depth;
         let (along, across) = (change * change, row.slant_squared * per_range * per_depth.recip());
-        let fading = fading(simd, (along + across) * distance);
-        let deviation = row.deviation * simd.splat(self.strength) * fading;
+        let strength = simd.splat(self.strength);
+        let mut factor = one;
+        if row.has_walls && simd.splat(LEAST_DEVIATION).lt(row.deviations.wall.abs()).any() {
+            let footprint = Footprint { depth, major, minor, width: across * distance };
+            factor = wall(simd, WallLook { detail: self, row, footprint }).mul_add(strength, factor);
+        }
+        let deviation = row.deviations.ground * strength * fading(simd, (along + across) * distance);
         if !simd.splat(LEAST_DEVIATION).lt(deviation).any() {
-            return None;
+            return row.has_walls.then_some(factor.max(zero));
         }
 
         // Of its extent along the axes.
@@ -147,7 +214,33 @@ impl RowDetail {
         let centre = [x + simd.splat(self.eye[0]), y + simd.splat(self.eye[1])];
         let mean = self.tile.means(simd, centre, [wide, high]);
 
-        Some(deviation.mul_add(mean, one).max(zero))
+        Some(deviation.mul_add(mean, factor).max(zero))
+    }
+
+    /// Relative deviation over walls, in a row's footprint.
+    #[inline(always)]
+    fn over_walls<V: Simd>(&self, simd: V, row: &DetailedRow<V>, footprint: &Footprint<V>) -> V::F {
+        let Footprint { depth, major, minor, width } = *footprint;
+        let (zero, scale) = (simd.splat(0.0), simd.splat(WALL_SCALE as f32));
+        let wall = row.deviations.wall;
+        let over_north = zero.lt(wall);
+
+        // Up: what the row spans at its depth, and by what its edges differ in depth.
+        let tangent = simd.splat(row.tangent);
+        let rise =
+            (simd.splat(row.height) - tangent * row.change * depth) * depth * simd.splat(self.per_metre);
+        let fading = fading(simd, rise.mul_add(rise, width));
+        let up = tangent * depth * simd.splat(self.per_metre) * scale + simd.splat(self.eye_by_walls[2]);
+
+        let [east, north] = if self.major == 0 { [major, minor] } else { [minor, major] };
+        let [east, north] =
+            [(east, 0), (north, 1)].each(|(at, axis)| at * scale + simd.splat(self.eye_by_walls[axis]));
+        let beside = north.select(over_north, east);
+        let [over_north_wide, over_east_wide] = self.by_walls.each_ref().each(|wide| simd.load(wide));
+        let wide = width * over_north_wide.select(over_north, over_east_wide);
+
+        let mean = self.tile.means(simd, [beside, up], [wide, rise * rise * scale * scale]);
+        wall.abs() * fading * mean
     }
 }
 

@@ -28,6 +28,7 @@ use super::cell::{Cell, Scale};
 use super::row_detail::{DetailedRow, RowDetail};
 use super::sky::SkyRows;
 use crate::raymarch::scan::{NO_SLOPE, Profile, RowTable, VisibleSegment};
+use crate::sensor::radiance::Deviations;
 use crate::simd::{Each, Floats, Ints, Isa, Kernel, LANES, Mask, Simd, Sixteen};
 use crate::weather::AtmosphereLanes;
 use hedgehop_base::error::Result;
@@ -38,19 +39,39 @@ const LEAST_RISE: f32 = 1.0e-20;
 /// Segments of a chunk.
 pub const CHUNK: usize = LANES;
 
-/// Light that a segment sends to sixteen planes: linear light by channel, and in [`DEVIATION`] its relative deviation below the voxel.
-pub type PlaneLight = [Sixteen; COLOURS + 1];
+/// Light that a segment sends to sixteen planes: linear light by channel, and in [`GROUND`] and [`WALL`] its relative deviations below the voxel.
+pub type PlaneLight = [Sixteen; COLOURS + 2];
 
-/// Light at an edge between rows: by channel that of the row below times its height; in [`DEVIATION`] and [`INVERSE`] the relative deviation and the inverse depth,
-/// 1/metres, of the surface on the edge itself.
-type EdgeLight = [Sixteen; COLOURS + 2];
+/// Light of the row below an edge times its height, by channel.
+type EdgeSum = [Sixteen; COLOURS];
+
+/// Surface on an edge between rows.
+#[derive(Debug, Clone, Copy, Default)]
+struct EdgeMark {
+    /// Relative deviations below the voxel, over the ground and over walls.
+    ground: Sixteen,
+    wall: Sixteen,
+    /// Inverse depth, 1/metres.
+    inverse: Sixteen,
+}
 
 /// Channels of light.
 const COLOURS: usize = 3;
 
-/// Places of the deviation and of the inverse depth behind the channels of light.
-pub const DEVIATION: usize = COLOURS;
-const INVERSE: usize = COLOURS + 1;
+/// Places of the deviations over the ground and over walls behind the channels of light.
+pub const GROUND: usize = COLOURS;
+pub const WALL: usize = COLOURS + 1;
+
+/// Detail below the voxel of a chunk of segments.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum ChunkDetail {
+    /// None.
+    None,
+    /// Over the ground.
+    Ground,
+    /// Over the ground and over walls.
+    Walls,
+}
 
 /// Air that planes look through.
 #[derive(Clone, Copy)]
@@ -77,8 +98,7 @@ pub trait SegmentLights {
 
 /// Finds the light of one chunk of segments after the other.
 pub trait ChunkLights {
-    /// Puts that of the next `chunk` into `lights`, which are as many; `later` are the segments behind it. Returns whether any has detail below the
-    /// voxel.
+    /// Puts that of the next `chunk` into `lights`, which are as many; `later` are the segments behind it. Returns what detail they have.
     ///
     /// # Errors
     /// A page that is damaged.
@@ -87,7 +107,7 @@ pub trait ChunkLights {
         chunk: &[VisibleSegment],
         later: &[VisibleSegment],
         lights: &mut [PlaneLight],
-    ) -> Result<bool>;
+    ) -> Result<ChunkDetail>;
 }
 
 /// Rows to fill, from the lowest.
@@ -106,8 +126,22 @@ pub struct RowFill<'r> {
     pub detail: Option<RowDetail>,
 }
 
-/// Memory for light at edges between rows, used again for every group.
-pub type EdgeSums = Vec<EdgeLight>;
+/// Memory for what is known at edges between rows, used again for every group.
+#[derive(Debug, Default)]
+pub struct EdgeSums {
+    sums: Vec<EdgeSum>,
+    /// As many, where detail is asked for.
+    marks: Vec<EdgeMark>,
+}
+
+#[cfg(test)]
+impl EdgeSums {
+    /// Memory in which something is.
+    pub fn of(value: Sixteen, count: usize) -> Self {
+        let mark = EdgeMark { ground: value, wall: value, inverse: value };
+        Self { sums: vec![[value; COLOURS]; count], marks: vec![mark; count] }
+    }
+}
 
 impl RowFill<'_> {
     /// Fills rows with what a profile of `lights` and the sky behind it send.
@@ -122,11 +156,15 @@ impl RowFill<'_> {
         plane_air: PlaneAir<'_>,
         sums: &mut EdgeSums,
     ) -> Result<()> {
-        sums.resize(self.cells.len() + 1, EdgeLight::default());
+        let (EdgeSums { sums, marks }, count) = (sums, self.cells.len() + 1);
+        sums.resize(count, EdgeSum::default());
+        if self.detail.is_some() {
+            marks.resize(count, EdgeMark::default());
+        }
         if plane_air.air.has_fog_or_glow() {
-            isa.run(RowFilling::<_, true> { rows: self, profile, lights, plane_air, sums })
+            isa.run(RowFilling::<_, true> { rows: self, profile, lights, plane_air, sums, marks })
         } else {
-            isa.run(RowFilling::<_, false> { rows: self, profile, lights, plane_air, sums })
+            isa.run(RowFilling::<_, false> { rows: self, profile, lights, plane_air, sums, marks })
         }
     }
 
@@ -143,7 +181,8 @@ struct RowFilling<'f, 'r, L, const FOG_OR_GLOW: bool> {
     profile: &'f Profile,
     lights: L,
     plane_air: PlaneAir<'f>,
-    sums: &'f mut [EdgeLight],
+    sums: &'f mut [EdgeSum],
+    marks: &'f mut [EdgeMark],
 }
 
 impl<L: SegmentLights, const FOG_OR_GLOW: bool> Kernel for RowFilling<'_, '_, L, FOG_OR_GLOW> {
@@ -151,7 +190,7 @@ impl<L: SegmentLights, const FOG_OR_GLOW: bool> Kernel for RowFilling<'_, '_, L,
 
     #[inline(always)]
     fn run<V: Simd>(self, simd: V) -> Result<()> {
-        let Self { rows, profile, lights: source, plane_air, sums } = self;
+        let Self { rows, profile, lights: source, plane_air, sums, marks } = self;
         let edges = &rows.row_table.edges[rows.first..=rows.first + rows.cells.len()];
         // The lowest edge is covered, too, so that detail has a begin there.
         let mut covering = Covering {
@@ -161,8 +200,10 @@ impl<L: SegmentLights, const FOG_OR_GLOW: bool> Kernel for RowFilling<'_, '_, L,
             squares: simd.load(plane_air.squares),
             edges,
             sums,
+            marks,
             rows,
             detailed: 0,
+            walled: 0,
             closed: 0,
         };
         let segments = profile.segments();
@@ -172,13 +213,12 @@ impl<L: SegmentLights, const FOG_OR_GLOW: bool> Kernel for RowFilling<'_, '_, L,
         for first in (0..segments.len()).step_by(CHUNK) {
             let (chunk, later) = segments[first..].split_at(CHUNK.min(segments.len() - first));
             lights[0] = lights[CHUNK];
-            let is_detailed = source.next(chunk, later, &mut lights[1..=chunk.len()])?;
+            let detail = source.next(chunk, later, &mut lights[1..=chunk.len()])?;
             let taken = &segments[first.saturating_sub(1)..first + chunk.len()];
             let lights = &lights[usize::from(first == 0)..];
-            if is_detailed {
-                covering.take::<true>(taken, lights);
-            } else {
-                covering.take::<false>(taken, lights);
+            match detail {
+                ChunkDetail::None => covering.take::<false>(taken, lights, detail),
+                _ => covering.take::<true>(taken, lights, detail),
             }
             covering.close_rows();
         }
@@ -243,12 +283,14 @@ struct Covering<'r, V: Simd> {
     edges: &'r [f32],
     /// 1 + a² of each plane.
     squares: V::F,
-    sums: &'r mut [EdgeLight],
+    sums: &'r mut [EdgeSum],
+    marks: &'r mut [EdgeMark],
     /// Tangent up to which each plane is covered, and light from the edge below up to there: light times tangent.
     covered: V::F,
     light: [V::F; COLOURS],
-    /// Edges, from the lowest, that tell of detail.
+    /// Edges, from the lowest, that tell of detail, and of detail over walls.
     detailed: usize,
+    walled: usize,
     /// Rows, from the lowest, that are finished.
     closed: usize,
 }
@@ -256,7 +298,12 @@ struct Covering<'r, V: Simd> {
 impl<V: Simd> Covering<'_, V> {
     /// Takes in the stretches between neighbours of some segments, and their lights.
     #[inline(always)]
-    fn take<const DETAIL: bool>(&mut self, segments: &[VisibleSegment], lights: &[PlaneLight]) {
+    fn take<const DETAIL: bool>(
+        &mut self,
+        segments: &[VisibleSegment],
+        lights: &[PlaneLight],
+        detail: ChunkDetail,
+    ) {
         let simd = self.simd;
         // Where loops end is known long before they are run: they need not wait for each other.
         let stretches = Stretches::find(simd, self, segments);
@@ -272,13 +319,18 @@ impl<V: Simd> Covering<'_, V> {
                 lights,
             };
             let edges = self.rows.row_table.between(stretches.cells[0][index], stretches.cells[1][index]);
-            self.cover::<DETAIL>(&stretch, self.rows.own(edges));
+            self.cover::<DETAIL>(&stretch, detail, self.rows.own(edges));
         }
     }
 
     /// Takes in a stretch, which covers no other edges than those of `span`.
     #[inline(always)]
-    fn cover<const DETAIL: bool>(&mut self, stretch: &RowStretch<'_, V>, span: Range<usize>) {
+    fn cover<const DETAIL: bool>(
+        &mut self,
+        stretch: &RowStretch<'_, V>,
+        detail: ChunkDetail,
+        span: Range<usize>,
+    ) {
         let simd = self.simd;
         let [low, high] = stretch.slopes;
         let rises = self.covered.lt(high);
@@ -295,21 +347,15 @@ impl<V: Simd> Covering<'_, V> {
             let change = tops[channel] - simd.load(&stretch.lights[0][channel].0);
             half_changes[channel] = change * half_per_rise;
         }
-        let mut marks = [(simd.splat(0.0), simd.splat(0.0)); 2];
         if DETAIL {
-            let deviations = stretch.lights.each_ref().each(|light| &light[DEVIATION]);
-            for (mark, ends) in marks.iter_mut().zip([deviations, stretch.inverse]) {
-                let [near, far] = ends.each(|end| simd.load(&end.0));
-                *mark = (far, (far - near) * per_rise);
-            }
-            self.begin_detail(span.end);
+            self.mark(stretch, detail, rises, per_rise, span.clone());
         }
-        let is_marked = DETAIL || span.start < self.detailed;
 
         // Twice the way down from the top of the stretch to the middle of what lies between two tangents is their sum less twice the top's.
         let twice_top = high + high;
         let zero = simd.splat(0.0);
-        let mut from = self.covered;
+        // In registers: what is stored to in some lanes would be waited for.
+        let (mut from, mut light) = (self.covered, self.light);
         let passable = high.select(rises, simd.splat(NO_SLOPE));
         let edges = self.edges.get(span.clone()).unwrap_or_default();
         let sums = self.sums.get_mut(span).unwrap_or_default();
@@ -319,13 +365,8 @@ impl<V: Simd> Covering<'_, V> {
             let (rise, middle) = (edge - from, edge + from - twice_top);
             for channel in 0..COLOURS {
                 let mean = half_changes[channel].mul_add(middle, tops[channel]);
-                mean.mul_add(rise, self.light[channel]).store_masked(passed, &mut sums[channel].0);
-                self.light[channel] = zero.select(passed, self.light[channel]);
-            }
-            if is_marked {
-                for ((top, change), mark) in marks.iter().zip(&mut sums[COLOURS..]) {
-                    change.mul_add(edge - high, *top).store_masked(passed, &mut mark.0);
-                }
+                mean.mul_add(rise, light[channel]).store_masked(passed, &mut sums[channel].0);
+                light[channel] = zero.select(passed, light[channel]);
             }
             from = edge.select(passed, from);
         }
@@ -333,20 +374,56 @@ impl<V: Simd> Covering<'_, V> {
         let (rise, middle) = (high - from, high + from - twice_top);
         for channel in 0..COLOURS {
             let mean = half_changes[channel].mul_add(middle, tops[channel]);
-            let light = mean.mul_add(rise, self.light[channel]);
-            self.light[channel] = light.select(rises, self.light[channel]);
+            light[channel] = mean.mul_add(rise, light[channel]).select(rises, light[channel]);
         }
 
+        self.light = light;
         self.covered = self.covered.max(passable);
     }
 
-    /// Has edges up to `end` tell of detail: planes that went past them before had none there.
+    /// Tells edges that a stretch covers of the surface there.
     #[inline(always)]
-    fn begin_detail(&mut self, end: usize) {
-        for sums in self.sums.get_mut(self.detailed..end).unwrap_or_default() {
-            sums[DEVIATION] = Sixteen::default();
+    fn mark(
+        &mut self,
+        stretch: &RowStretch<'_, V>,
+        detail: ChunkDetail,
+        rises: V::M,
+        per_rise: V::F,
+        span: Range<usize>,
+    ) {
+        let simd = self.simd;
+        let ([_, high], [near, far]) = (stretch.slopes, stretch.lights);
+        let ends = [
+            [&near[GROUND], &far[GROUND]],
+            [stretch.inverse[0], stretch.inverse[1]],
+            [&near[WALL], &far[WALL]],
+        ];
+        let [ground, inverse, wall] = ends.each(|[near, far]| {
+            let far = simd.load(&far.0);
+            (far, (far - simd.load(&near.0)) * per_rise)
+        });
+
+        // Planes that go past edges elsewhere have no detail there.
+        for mark in self.marks.get_mut(self.detailed..span.end).unwrap_or_default() {
+            *mark = EdgeMark::default();
         }
-        self.detailed = self.detailed.max(end);
+        self.detailed = self.detailed.max(span.end);
+        let has_walls = detail == ChunkDetail::Walls;
+        if has_walls {
+            self.walled = self.walled.max(span.end);
+        }
+
+        let edges = self.edges.get(span.clone()).unwrap_or_default();
+        let marks = self.marks.get_mut(span).unwrap_or_default();
+        for (edge, mark) in edges.iter().zip(marks) {
+            let edge = simd.splat(*edge);
+            let (passed, down) = (rises & edge.le(high) & self.covered.lt(edge), edge - high);
+            ground.1.mul_add(down, ground.0).store_masked(passed, &mut mark.ground.0);
+            inverse.1.mul_add(down, inverse.0).store_masked(passed, &mut mark.inverse.0);
+            if has_walls {
+                wall.1.mul_add(down, wall.0).store_masked(passed, &mut mark.wall.0);
+            }
+        }
     }
 
     /// Inverse depth in the middles of rows that a stretch covers.
@@ -370,7 +447,7 @@ impl<V: Simd> Covering<'_, V> {
     #[inline(always)]
     fn close(&mut self, planes: V::M, index: usize) {
         let zero = self.simd.splat(0.0);
-        for (channel, sum) in self.sums[index][..COLOURS].iter_mut().enumerate() {
+        for (channel, sum) in self.sums[index].iter_mut().enumerate() {
             self.light[channel].store_masked(planes, &mut sum.0);
             self.light[channel] = zero.select(planes, self.light[channel]);
         }
@@ -397,15 +474,26 @@ impl<V: Simd> Covering<'_, V> {
     fn add_detail(&self, row: usize, light: &mut [V::F; COLOURS]) {
         let simd = self.simd;
         let Some(detail) = &self.rows.detail else { return };
-        let edges = [&self.sums[row], &self.sums[row + 1]];
+        let Some(edges) = self.marks.get(row..).and_then(|marks| marks.first_chunk::<2>()) else { return };
+        let edges = edges.each_ref();
         // None where one of them lies on what has none.
-        let [lower, upper] = edges.each(|edge| simd.load(&edge[DEVIATION].0));
-        let deviation = lower.min(upper);
+        let mut deviations = Deviations::none(simd);
+        let [lower, upper] = edges.each(|edge| simd.load(&edge.ground.0));
+        deviations.ground = lower.min(upper);
+        let has_walls = row + 1 < self.walled;
+        if has_walls {
+            let [lower, upper] = edges.each(|edge| simd.load(&edge.wall.0));
+            let none = simd.splat(0.0);
+            deviations.wall = lower.max(none).min(upper.max(none)) + lower.min(none).max(upper.min(none));
+        }
         let tangent = self.rows.row_table.centres[self.rows.first + row];
-        let [near, far] = edges.each(|edge| simd.load(&edge[INVERSE].0));
+        let [near, far] = edges.each(|edge| simd.load(&edge.inverse.0));
         let inverse = (near + far) * simd.splat(0.5);
         let slant_squared = self.squares + simd.splat(tangent * tangent);
-        let row = DetailedRow { inverse, change: far - near, slant_squared, deviation };
+        let change = far - near;
+        let height = self.edges[row + 1] - self.edges[row];
+        let row =
+            DetailedRow { simd, inverse, change, slant_squared, tangent, height, has_walls, deviations };
         if let Some(factor) = detail.factor(simd, &row) {
             for light in light {
                 *light = *light * factor;
@@ -462,7 +550,7 @@ impl<V: Simd> Covering<'_, V> {
 
 /// Light of a row, of which the sum and one by the height are given.
 #[inline(always)]
-fn mean<V: Simd>(simd: V, sum: &EdgeLight, per_row: f32) -> [V::F; 3] {
+fn mean<V: Simd>(simd: V, sum: &EdgeSum, per_row: f32) -> [V::F; 3] {
     let mut light = [simd.splat(0.0); 3];
     for (channel, light) in light.iter_mut().enumerate() {
         *light = simd.load(&sum[channel].0) * simd.splat(per_row);

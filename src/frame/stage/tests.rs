@@ -6,7 +6,7 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 
 use super::cell::{Cell, Scale};
-use super::rows::{ChunkLights, DEVIATION, PlaneLight, SegmentLights};
+use super::rows::{ChunkDetail, ChunkLights, GROUND, PlaneLight, SegmentLights, WALL};
 use super::{DetailView, EdgeSums, PlaneAir, RowDetail, RowFill};
 use crate::raymarch::scan::{
     NO_SLOPE, PlaneGroup, Post, Profile, RowCoordinate, RowTable, SampleLine, VisibleSegment,
@@ -58,29 +58,36 @@ impl ChunkLights for Given<'_> {
         chunk: &[VisibleSegment],
         later: &[VisibleSegment],
         lights: &mut [PlaneLight],
-    ) -> Result<bool> {
+    ) -> Result<ChunkDetail> {
         let (here, rest) = self.0.split_at(chunk.len());
         assert_eq!(rest.len(), later.len());
         lights.copy_from_slice(here);
         self.0 = rest;
-        // Chunks with detail and without alternate.
-        let is_detailed = (rest.len() / chunk.len().max(1)).is_multiple_of(2);
-        if !is_detailed {
-            lights.iter_mut().for_each(|light| light[DEVIATION] = Sixteen::default());
+        // Chunks without detail, with some over the ground and over walls, too, take turns.
+        let kinds = [ChunkDetail::Walls, ChunkDetail::None, ChunkDetail::Ground];
+        let detail = kinds[rest.len() / chunk.len().max(1) % kinds.len()];
+        for light in lights {
+            if detail < ChunkDetail::Walls {
+                light[WALL] = Sixteen::default();
+            }
+            if detail < ChunkDetail::Ground {
+                light[GROUND] = Sixteen::default();
+            }
         }
-        Ok(is_detailed)
+        Ok(detail)
     }
 }
 
 /// Light without detail.
 fn lit([red, green, blue]: [[f32; LANES]; 3]) -> PlaneLight {
-    [Sixteen(red), Sixteen(green), Sixteen(blue), Sixteen::default()]
+    [Sixteen(red), Sixteen(green), Sixteen(blue), Sixteen::default(), Sixteen::default()]
 }
 
 /// Light with detail.
 fn with_deviation(light: &PlaneLight, deviation: f32) -> PlaneLight {
     let mut light = *light;
-    light[DEVIATION] = Sixteen([deviation; LANES]);
+    light[GROUND] = Sixteen([deviation; LANES]);
+    light[WALL] = Sixteen(std::array::from_fn(|lane| if lane % 3 == 0 { -deviation } else { deviation }));
     light
 }
 
@@ -142,7 +149,7 @@ fn fill(
     };
     // What was in the memory before must not matter.
     let unknown = Sixteen([stale; LANES]);
-    let mut sums: EdgeSums = vec![[unknown; DEVIATION + 2]; 2 * ROWS];
+    let mut sums = EdgeSums::of(unknown, 2 * ROWS);
     let plane_air = PlaneAir { air: &air, squares: &[1.0; LANES] };
     rows.fill(isa, profile, Given(lights), plane_air, &mut sums).unwrap();
     cells

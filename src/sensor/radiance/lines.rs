@@ -46,6 +46,10 @@ impl LineFilter {
 /// Steps of relative deviation per one.
 pub const DEVIATION_UNITS: f32 = 65535.0;
 
+/// Steps of relative deviation over walls per one, and the code of none.
+pub const WALL_UNITS: f32 = 32767.0;
+pub const NO_WALL: u16 = 1 << 15;
+
 /// Lines of a part of a page.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LineImage {
@@ -53,6 +57,8 @@ pub struct LineImage {
     pub texels: Vec<u32>,
     /// Relative deviations of light below the voxel, 65,535 to one, `[line][texel]` as texels; empty if lines have no detail.
     pub deviations: Vec<u16>,
+    /// Relative deviations over walls, 32,767 to one from [`NO_WALL`] on: above it over (y, z), below over (x, z); as deviations, empty if there are no walls.
+    pub walls: Vec<u16>,
     /// Texels from one line to the next: those of the part and two.
     pub row: usize,
 }
@@ -81,7 +87,7 @@ impl LineImage {
     /// A line without light.
     pub fn dark() -> Self {
         let row = 2 * LANES;
-        Self { texels: vec![0; row], deviations: Vec::new(), row }
+        Self { texels: vec![0; row], deviations: Vec::new(), walls: Vec::new(), row }
     }
 
     /// Returns the begin of line `index`, of the last one if it is beyond.
@@ -92,7 +98,8 @@ impl LineImage {
 
     /// Bytes of texels and deviations.
     pub fn bytes(&self) -> usize {
-        size_of_val(self.texels.as_slice()) + size_of_val(self.deviations.as_slice())
+        let deviations = size_of_val(self.deviations.as_slice()) + size_of_val(self.walls.as_slice());
+        size_of_val(self.texels.as_slice()) + deviations
     }
 }
 
@@ -148,22 +155,33 @@ impl ImageFinish for LineFiltering<'_> {
             if major == 0 { turned(image, columns.count, 0..columns.count) } else { image.to_vec() }
         };
         let texels = turned_if_columns(image);
-        let mut deviations = Vec::new();
+        let [mut deviations, mut walls] = [Vec::new(), Vec::new()];
         if let Some(detail) = detail {
             // Of the post in the middle of a line, and of a texel.
             let middle = |shares: &Shares, index: usize| {
                 shares.first + shares.step / 2 + index * shares.step + DETAIL_RING - RING
             };
+            let post = |row: usize| [middle(columns, 0), middle(rows, row)];
             for (index, target) in image.chunks_exact_mut(columns.count).enumerate() {
-                let found = detail.deviations([middle(columns, 0), middle(rows, index)]);
-                for (target, &deviation) in target.iter_mut().zip(found.iter().step_by(columns.step)) {
+                let found = detail.deviations(post(index)).iter().step_by(columns.step);
+                for (target, &deviation) in target.iter_mut().zip(found) {
                     *target = (deviation * DEVIATION_UNITS + 0.5) as u32;
                 }
             }
             deviations.extend(turned_if_columns(image).into_iter().map(|deviation| deviation as u16));
+
+            if !detail.wall_deviations([0, 0]).is_empty() {
+                for (index, target) in image.chunks_exact_mut(columns.count).enumerate() {
+                    let found = detail.wall_deviations(post(index)).iter().step_by(columns.step);
+                    for (target, &deviation) in target.iter_mut().zip(found) {
+                        *target = (deviation * WALL_UNITS + (f32::from(NO_WALL) + 0.5)) as u32;
+                    }
+                }
+                walls.extend(turned_if_columns(image).into_iter().map(|deviation| deviation as u16));
+            }
         }
 
-        LineImage { texels, deviations, row }
+        LineImage { texels, deviations, walls, row }
     }
 }
 

@@ -37,3 +37,4 @@ pub use facing::Facing;
 pub use lines::{LineFilter, LineImage};
 pub use page::RadiancePage;
 pub use sample::{Crossings, ImageLine, LineSampler, PlanesAbove, TexelPlace};
+pub use texels::Deviations;

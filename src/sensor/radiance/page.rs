@@ -3,7 +3,7 @@
 use super::facing::Facing;
 use super::posts::{PageLight, Posts};
 use super::window::Window;
-use crate::detail::{DetailPosts, DetailSource};
+use crate::detail::{DetailPosts, DetailSource, height_step};
 use crate::pixels::{CODE_LIMIT, ROOT_OF_BRIGHTEST};
 use crate::sensor::radiance::part::{PostPart, RING};
 use crate::simd::{Each, Floats, Ints, Isa, Kernel, LANES, Simd};
@@ -91,7 +91,8 @@ impl<M: ImageFinish> Kernel for Baking<'_, M> {
         let Some(view) = source.page(id)? else { return Ok(None) };
         let part = part.within(view.width, view.height);
         let detail = detail.map(|detail| {
-            detail.look(simd, DetailSource { view, first: part.first, size: part.size });
+            let height_step = height_step(source.header());
+            detail.look(simd, DetailSource { view, first: part.first, size: part.size, height_step });
             &*detail
         });
         let mut posts = Posts::new(lamp, source.header(), id, view, part, facing);

@@ -6,8 +6,10 @@ use super::RadiancePages;
 use super::cache::LineStrip;
 use super::facing::{Facing, STEEPER};
 use super::lines::{LineFilter, LineImage};
-use super::texels::{clipped, deviation, deviation_near, radiance, words, words_near};
-use crate::simd::{Each, Floats, LANES, Simd};
+use super::texels::{
+    Deviations, clipped, code_between, codes_near, over_ground, over_walls, radiance, words, words_near,
+};
+use crate::simd::{Each, Floats, Kernel, LANES, Simd};
 use crate::voxel::{BARE, Grid, PAGE_SIDE, PageId};
 use hedgehop_base::error::Result;
 
@@ -122,8 +124,9 @@ struct TexelRun {
     /// Texels from the start of an image to the next one's.
     side: f32,
     images: [Option<Arc<LineImage>>; MOST_PAGES],
-    /// Whether texels have detail below the voxel.
+    /// Whether texels have detail below the voxel, and whether some of it lies over walls.
     has_detail: bool,
+    has_walls: bool,
 }
 
 impl<'a> LineSampler<'a> {
@@ -231,6 +234,9 @@ impl<V: Simd> Crossings<'_, '_, V> {
             if run.has_detail {
                 self.simd.prefetch(&image.deviations, start);
                 self.simd.prefetch(&image.deviations, start + 2 * LANES - 1);
+                if run.has_walls {
+                    self.simd.prefetch(&image.walls, start);
+                }
             }
             if line.distance <= run.narrow_to {
                 let start = start.min(image.texels.len().saturating_sub(2 * LANES));
@@ -259,6 +265,12 @@ impl<V: Simd> Crossings<'_, '_, V> {
         self.runs.get(place.run as usize).is_some_and(|run| run.has_detail)
     }
 
+    /// Whether some of it lies over walls.
+    #[inline(always)]
+    pub fn has_walls(&self, place: &TexelPlace) -> bool {
+        self.runs.get(place.run as usize).is_some_and(|run| run.has_walls)
+    }
+
     /// The run of a place, and places of the planes among its texels.
     #[inline(always)]
     fn texels(&self, place: &TexelPlace, distance: V::F) -> Option<(&TexelRun, V::F)> {
@@ -280,24 +292,33 @@ impl<V: Simd> Crossings<'_, '_, V> {
         }
     }
 
-    /// The same radiance, and its relative deviation below the voxel, of a line that has detail.
+    /// The same radiance, and its relative deviations below the voxel, of a line that has detail.
     #[inline(always)]
-    pub fn sample_detail_at(&self, place: &TexelPlace, distance: V::F) -> ([V::F; 3], V::F) {
+    pub fn sample_detail_at(&self, place: &TexelPlace, distance: V::F) -> ([V::F; 3], Deviations<V>) {
         let simd = self.simd;
+        let mut deviations = Deviations::none(simd);
         let Some((run, at)) = self.texels(place, distance) else {
-            return ([simd.splat(0.0); 3], simd.splat(0.0));
+            return ([simd.splat(0.0); 3], deviations);
         };
-        match run.near(place).zip(run.near_deviations(place)) {
-            Some(((near, limit), deviations)) => {
-                let at = clipped(simd, at, limit);
-                let colour = radiance(simd, words_near(simd, near, at, place.origin));
-                (colour, deviation_near(simd, deviations, at, place.origin))
+        let Some((near, limit)) = run.near(place) else {
+            let within = place.within as usize;
+            deviations.ground = run.wide_deviation::<V, false>(simd, at, within);
+            if run.has_walls {
+                deviations.wall = run.walls(simd, place, at);
             }
-            None => {
-                let within = place.within as usize;
-                (run.wide(simd, at, within), run.wide_deviation(simd, at, within))
-            }
+            return (run.wide(simd, at, within), deviations);
+        };
+
+        let at = clipped(simd, at, limit);
+        if let Some(codes) = run.near_codes::<false>(place) {
+            deviations.ground = over_ground(simd, codes_near(simd, codes, at, place.origin));
         }
+        if run.has_walls
+            && let Some(codes) = run.near_codes::<true>(place)
+        {
+            deviations.wall = over_walls(simd, codes_near(simd, codes, at, place.origin));
+        }
+        (radiance(simd, words_near(simd, near, at, place.origin)), deviations)
     }
 }
 
@@ -324,11 +345,12 @@ impl TexelRun {
         Some((image.texels.get(place.start as usize..)?.first_chunk()?, image.row))
     }
 
-    /// Deviations under all planes, where [`Self::near`] has their texels.
+    /// Codes of deviations under all planes, where [`Self::near`] has their texels: over the ground, or over `WALLS`.
     #[inline(always)]
-    fn near_deviations(&self, place: &TexelPlace) -> Option<&[u16; 2 * LANES]> {
+    fn near_codes<const WALLS: bool>(&self, place: &TexelPlace) -> Option<&[u16; 2 * LANES]> {
         let image = self.images[0].as_ref()?;
-        image.deviations.get(place.start as usize..)?.first_chunk()
+        let codes = if WALLS { &image.walls } else { &image.deviations };
+        codes.get(place.start as usize..)?.first_chunk()
     }
 
     /// Reads colours where planes lie over several images, or far apart.
@@ -352,24 +374,57 @@ impl TexelRun {
         colour
     }
 
-    /// Reads deviations in the same places.
+    /// Reads deviations over walls: few places have them, so that it is kept out of what all do.
+    #[cold]
+    #[inline(never)]
+    fn walls<V: Simd>(&self, simd: V, place: &TexelPlace, at: V::F) -> V::F {
+        simd.call(WallCodes { simd, run: self, place, at })
+    }
+
+    /// Reads deviations in the same places: over the ground, or over `WALLS`.
     #[inline(always)]
-    fn wide_deviation<V: Simd>(&self, simd: V, at: V::F, within: usize) -> V::F {
+    fn wide_deviation<V: Simd, const WALLS: bool>(&self, simd: V, at: V::F, within: usize) -> V::F {
         let mut found = simd.splat(0.0);
         for (part, image) in self.images.iter().flatten().enumerate() {
             let start = simd.splat(part as f32 * self.side);
-            let row = image.deviations.get(image.start_of(within)..).unwrap_or_default();
-            if row.len() < 2 {
-                continue;
+            let codes = if WALLS { &image.walls } else { &image.deviations };
+            let row = codes.get(image.start_of(within)..).unwrap_or_default();
+            let mut here = simd.splat(0.0);
+            if row.len() > 1 {
+                let place = clipped(simd, at - start, image.row);
+                let floor = place.floor();
+                let pairs = simd.gather_pairs(row, floor.to_int() + simd.splat_int(1));
+                let code = code_between(simd, pairs, place - floor);
+                here = if WALLS { over_walls(simd, code) } else { over_ground(simd, code) };
             }
-            let place = clipped(simd, at - start, image.row);
-            let floor = place.floor();
-            let pairs = simd.gather_pairs(row, floor.to_int() + simd.splat_int(1));
-            let here = deviation(simd, pairs, place - floor);
             let later = (start - simd.splat(0.5)).le(at);
             found = if part == 0 { here } else { here.select(later, found) };
         }
         found
+    }
+}
+
+/// Look at deviations over walls.
+struct WallCodes<'r, V: Simd> {
+    simd: V,
+    run: &'r TexelRun,
+    place: &'r TexelPlace,
+    /// Places of the planes among the texels.
+    at: V::F,
+}
+
+impl<V: Simd> Kernel for WallCodes<'_, V> {
+    type Output = V::F;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) -> V::F {
+        let Self { simd, run, place, at } = self;
+        match run.near(place).zip(run.near_codes::<true>(place)) {
+            Some(((_, limit), codes)) => {
+                over_walls(simd, codes_near(simd, codes, clipped(simd, at, limit), place.origin))
+            }
+            None => run.wide_deviation::<V, true>(simd, at, place.within as usize),
+        }
     }
 }
 
@@ -430,6 +485,7 @@ impl ImageSearch<'_, '_> {
         let narrow = |image: &LineImage| last == first && image.texels.len() >= 2 * LANES;
         let is_narrow = images[0].as_deref().is_some_and(narrow);
         let row = images[0].as_ref().map_or(0, |image| image.row);
+        let has_walls = images.iter().flatten().any(|image: &Arc<LineImage>| !image.walls.is_empty());
 
         Ok(Some(TexelRun {
             level,
@@ -446,6 +502,7 @@ impl ImageSearch<'_, '_> {
             side: texels as f32,
             images,
             has_detail: filter.has_detail(level),
+            has_walls,
         }))
     }
 }

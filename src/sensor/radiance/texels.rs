@@ -1,6 +1,6 @@
 //! Texels of a line between which planes cross it.
 
-use super::lines::DEVIATION_UNITS;
+use super::lines::{DEVIATION_UNITS, NO_WALL, WALL_UNITS};
 use crate::simd::{Floats, Ints, LANES, Simd};
 
 /// Texels on either side of places.
@@ -48,19 +48,48 @@ pub fn radiance<V: Simd>(simd: V, texels: TexelPair<V>) -> [V::F; 3] {
     [red, green, blue]
 }
 
-/// Relative deviation between two, the second of which is in the upper half of words.
-#[inline(always)]
-pub fn deviation<V: Simd>(simd: V, pairs: V::I, share: V::F) -> V::F {
-    let (from, to) = ((pairs & simd.splat_int(0xffff)).to_float(), pairs.shr::<16>().to_float());
-    (to - from).mul_add(share, from) * simd.splat(1.0 / DEVIATION_UNITS)
+/// Relative deviations of light below the voxel.
+#[derive(Clone, Copy)]
+pub struct Deviations<V: Simd> {
+    /// Over the ground, 0…1.
+    pub ground: V::F,
+    /// Over walls, −1…1: above 0 over (y, z), below over (x, z).
+    pub wall: V::F,
 }
 
-/// Relative deviations about places, as [`words_near`] finds texels.
+impl<V: Simd> Deviations<V> {
+    /// None.
+    #[inline(always)]
+    pub fn none(simd: V) -> Self {
+        Self { ground: simd.splat(0.0), wall: simd.splat(0.0) }
+    }
+}
+
+/// Relative deviation over the ground from the code of one.
 #[inline(always)]
-pub fn deviation_near<V: Simd>(simd: V, near: &[u16; 2 * LANES], place: V::F, origin: i32) -> V::F {
+pub fn over_ground<V: Simd>(simd: V, code: V::F) -> V::F {
+    code * simd.splat(1.0 / DEVIATION_UNITS)
+}
+
+/// Relative deviation over walls from the code of one.
+#[inline(always)]
+pub fn over_walls<V: Simd>(simd: V, code: V::F) -> V::F {
+    (code - simd.splat(f32::from(NO_WALL))) * simd.splat(1.0 / WALL_UNITS)
+}
+
+/// Code between two, the second of which is in the upper half of words.
+#[inline(always)]
+pub fn code_between<V: Simd>(simd: V, pairs: V::I, share: V::F) -> V::F {
+    let (from, to) = ((pairs & simd.splat_int(0xffff)).to_float(), pairs.shr::<16>().to_float());
+    (to - from).mul_add(share, from)
+}
+
+/// Codes of deviations about places, as [`words_near`] finds texels.
+#[inline(always)]
+pub fn codes_near<V: Simd>(simd: V, near: &[u16; 2 * LANES], place: V::F, origin: i32) -> V::F {
     let floor = place.floor();
     let index = floor.to_int() + simd.splat_int(origin + 1);
-    deviation(simd, simd.permute_pairs(near, index), place - floor)
+    code_between(simd, simd.permute_pairs(near, index), place - floor)
 }
 
 /// Between two codes, which are roots.
