@@ -30,6 +30,20 @@ impl CellBox {
         Self { x0: self.x0 + x, x1: self.x1 + x, y0: self.y0 + y, y1: self.y1 + y }
     }
 
+    /// Box about the same middle with no side shorter than so many cells.
+    ///
+    /// Means over boxes of at least one cell are means of the pattern as interpolated linearly between the
+    /// middles of cells: what is nearer than a cell is wide has no blocks.
+    #[must_use]
+    pub fn at_least(self, cells: f64) -> Self {
+        let wide = |a: f64, b: f64| {
+            let (middle, half) = (0.5 * (a + b), 0.5 * (b - a).abs().max(cells));
+            [middle - half, middle + half]
+        };
+        let ([x0, x1], [y0, y1]) = (wide(self.x0, self.x1), wide(self.y0, self.y1));
+        Self { x0, x1, y0, y1 }
+    }
+
     /// Box with its sides in order, none shorter than the shortest.
     pub(crate) fn ordered(self) -> Self {
         let [x0, x1] = widened(self.x0, self.x1);

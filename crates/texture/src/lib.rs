@@ -12,6 +12,7 @@
 //! | `strand`, `levels` | exact means of a code over boxes, and over levels of voxels |
 //! | `estimate`, `footprint`, `pixel_tone`, `projection`, `shades`, `window` | the study's way to a pixel's tone, beside the exact one |
 //! | `maps` | linear functions, tables along six axes, waves, materials |
+//! | `study` | pictures, flights and settings of the study |
 //! | `cells`, `octaves`, `tile`, `rounding`, `generator` | tiles, and what they are made of |
 //!
 //! Sources: the study of cyclic codes for surface texture that the Air Force Human Resources Laboratory ran
@@ -36,8 +37,10 @@ mod sea;
 mod shades;
 mod solid;
 mod strand;
+mod study;
 mod subterrain;
 mod superimposed;
+mod table_text;
 mod tile;
 mod window;
 
@@ -61,6 +64,11 @@ pub use sea::Sea;
 pub use shades::Shades;
 pub use solid::SolidPattern;
 pub use strand::{FixedBox, StrandMeans};
+pub use study::{
+    AircraftSettings, DatabaseSettings, DisplaySettings, Eye, EyeAttitude, GreyPicture, GroundQuad,
+    GroundView, HalfPlane, Run, Runway, Screen, ScreenPoint, Settings, SimulatorSettings, StudyScene,
+    TexturedTerrain,
+};
 pub use subterrain::{Subterrain, SubterrainCode};
 pub use superimposed::Superimposed;
 pub use tile::{CELLS_PER_VOXEL, Tile};
