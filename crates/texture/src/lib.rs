@@ -54,7 +54,10 @@ pub use estimate::{GroupEstimate, group_means};
 pub use footprint::{Footprint, Slice, Stacking, TonalGroups};
 pub use generator::Generator;
 pub use levels::LevelTables;
-pub use maps::{LinearFunction, MapMaterial, QuantityMode, QuantityTexture, Sinusoid, SixMaps, ZoneTable};
+pub use maps::{
+    BoardFace, FaceAxes, LinearFunction, MapMaterial, QuantityMode, QuantityTexture, Sinusoid, SixMaps,
+    TestBoard, ZoneTable,
+};
 pub use octaves::broad_band;
 pub use pattern::{Direction, Strand, XorPattern};
 pub use pixel_tone::{Averaging, PixelTones};

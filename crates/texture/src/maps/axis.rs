@@ -17,7 +17,7 @@ use hedgehop_base::chance::Random;
 use hedgehop_base::error::{Error, Result};
 
 /// Fewest pixels that a zone shall cover.
-const MIN_ZONE_PIXELS: f64 = 8.0;
+pub(super) const MIN_ZONE_PIXELS: f64 = 8.0;
 
 /// Tones of zones along an axis, which repeat, at all levels.
 #[derive(Debug, Clone, PartialEq)]

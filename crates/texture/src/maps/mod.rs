@@ -3,6 +3,9 @@
 //! Source: Bunker and Ferris 1977 (AFHRL-TR-77-66), texture by modulation maps and quantities.
 
 mod axis;
+mod blend;
+mod board;
+mod face_axes;
 mod material;
 mod quantity;
 mod six;
@@ -10,6 +13,8 @@ mod tiled;
 mod wave;
 
 pub use axis::ZoneTable;
+pub use board::{BoardFace, TestBoard};
+pub use face_axes::FaceAxes;
 pub use material::MapMaterial;
 pub use quantity::{LinearFunction, QuantityMode, QuantityTexture};
 pub use six::SixMaps;

@@ -46,6 +46,16 @@ impl SixMaps {
         Self { wave: Some(Sinusoid { wavelength, phase: 0.0, zone_width }), ..self }
     }
 
+    /// Levels, at least one.
+    pub fn levels(&self) -> u32 {
+        self.tables[0].levels()
+    }
+
+    /// Width of zones at a level from 1, in the unit of the ground.
+    pub fn zone_width(&self, level: u32) -> f64 {
+        self.tables[0].zone_width(level)
+    }
+
     /// Level for a view in which a unit of ground covers so many pixels; the shorter way of two counts.
     pub fn level_for(&self, pixels_per_unit: f64) -> u32 {
         self.tables[0].level_for(pixels_per_unit)
