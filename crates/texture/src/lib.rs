@@ -12,6 +12,7 @@
 //! | `strand`, `levels` | exact means of a code over boxes, and over levels of voxels |
 //! | `estimate`, `footprint`, `pixel_tone`, `projection`, `shades`, `window` | the study's way to a pixel's tone, beside the exact one |
 //! | `maps` | linear functions, tables along six axes, waves, materials |
+//! | `classes`, `bands` | classes of land, and how sensors see them |
 //! | `study` | pictures, flights and settings of the study |
 //! | `cells`, `octaves`, `tile`, `rounding`, `generator` | tiles, and what they are made of |
 //!
@@ -19,8 +20,10 @@
 //! on ACTES (author and year unknown to us), for codes, their averages and estimators; Bunker and Ferris 1977
 //! (AFHRL-TR-77-66), for ground maps.
 
+mod bands;
 mod cell_box;
 mod cells;
+mod classes;
 mod code;
 mod estimate;
 mod footprint;
@@ -45,10 +48,14 @@ mod tile;
 mod window;
 
 #[cfg(test)]
+mod coherence_tests;
+#[cfg(test)]
 mod spectrum;
 
+pub use bands::{BandTone, BandTones, SensorBand};
 pub use cell_box::CellBox;
 pub use cells::{Cells, SIDE};
+pub use classes::{ClassTexture, TextureClass, TextureClasses};
 pub use code::CyclicCode;
 pub use estimate::{GroupEstimate, group_means};
 pub use footprint::{Footprint, Slice, Stacking, TonalGroups};
