@@ -1,5 +1,6 @@
 //! Builds from rasters in memory with known answers, and from real files.
 
+mod baked_codes;
 mod contours;
 mod copies;
 mod corridors;
