@@ -64,7 +64,10 @@ mod tests {
     const RASTER: Raster = Raster { lines: 480.0, elements: 640.0, vertical_fov: 0.8, horizontal_fov: 1.1 };
 
     const BODIES: [Ellipsoid; 3] = [
-        Ellipsoid { centre: DVec3::new(60.0, 7.0, -4.0), axes: [DVec3::X, DVec3::Y, DVec3::Z] },
+        Ellipsoid {
+            centre: DVec3::new(60.0, 7.0, -4.0),
+            axes: [DVec3::new(15.0, 0.0, 0.0), DVec3::new(0.0, 12.0, 0.0), DVec3::new(0.0, 0.0, 14.0)],
+        },
         Ellipsoid {
             centre: DVec3::new(90.0, -20.0, 12.0),
             axes: [DVec3::new(14.0, 5.0, 1.0), DVec3::new(-2.0, 6.0, 3.0), DVec3::new(1.0, -1.0, 4.0)],
