@@ -10,7 +10,9 @@ mod scene;
 
 mod analytic;
 mod attitudes;
+mod cues;
 mod damaged_pages;
+mod detail;
 mod determinism;
 mod finish;
 mod frames;

@@ -1,7 +1,9 @@
 //! Free flat ellipses: silhouettes against the conic of their image, and flights through and past them.
 
 use glam::{DVec2, DVec3};
-use hedgehop_conic::{Ball, CellOverlap, Cull, FlatEllipse, ImageConic, ImagePoint, Raster, ViewFrame};
+use hedgehop_conic::{
+    Ball, CellOverlap, Cull, Ellipsoid, FlatEllipse, ImageConic, ImagePoint, Raster, ViewFrame,
+};
 
 use super::{PLAIN, black, shares};
 use crate::scene::View;
@@ -110,6 +112,27 @@ fn spheres_are_the_conics_of_their_discs() {
         let seen = shares(Engine::Planes, &PLAIN, &VIEW, &[body]);
         let (most, count) = apart(&VIEW, &seen, &exact_shares(&VIEW, &conic), middle);
         assert!(count >= 12 && most < 0.01, "radius {radius}: {most} px at {count} crossings");
+    }
+}
+
+#[test]
+fn ellipsoids_are_the_conics_of_their_outlines() {
+    let radii = DVec3::new(34.0, 13.0, 6.0);
+    for (yaw, pitch, roll) in [(0.0, 0.0, 0.0), (30.0, 55.0, 0.0), (-70.0, 20.0, 65.0)] {
+        let attitude = Attitude { yaw, pitch, roll };
+        let axes = attitude.world_from_body();
+        let axes = [axes.x_axis * radii.x, axes.y_axis * radii.y, axes.z_axis * radii.z];
+        let (frame, raster) = frame_of(&VIEW);
+        let conic =
+            ImageConic::of(&Ellipsoid { centre: PLACE, axes }.seen(&frame).outline().unwrap(), &raster);
+        let (middle, _) = conic.ellipse().unwrap();
+        let middle = ImagePoint { line: middle.x, element: middle.y };
+        let body = Body { attitude, ..black(Shape::Ellipsoid { radii }, PLACE.to_array()) };
+        for engine in [Engine::Planes, Engine::Reference] {
+            let seen = shares(engine, &PLAIN, &VIEW, std::slice::from_ref(&body));
+            let (most, count) = apart(&VIEW, &seen, &exact_shares(&VIEW, &conic), middle);
+            assert!(count >= 16 && most < 0.1, "{engine:?}, {attitude:?}: {most} px at {count} crossings");
+        }
     }
 }
 

@@ -1,5 +1,6 @@
 //! Bodies whose pictures are known in closed form, among ground and sky, with both engines.
 
+mod clouds;
 mod ellipses;
 mod exact;
 mod matte;

@@ -2,6 +2,8 @@
 
 use glam::{DVec2, DVec3, Vec3};
 
+use hedgehop_conic::Ball;
+
 use super::{FARM, PLAIN, black, options};
 use crate::scene::{Terrain, View};
 use hedgehop::frame::Frame;
@@ -58,6 +60,33 @@ fn a_towers_shadow_is_as_long_as_its_height_over_the_suns_tangent() {
             assert!(elevation > 50.0 || (inside - sky).abs() < 0.01, "{inside}, not {sky}");
             assert!((beside - 1.0).abs() < 0.01, "{beside}");
         }
+    }
+}
+
+#[test]
+fn a_balls_shadow_lies_where_its_ellipse_does() {
+    let (centre, radius) = (DVec3::new(500.0, 500.0, 40.0), 9.0);
+    let ball = black(Shape::Ellipsoid { radii: DVec3::splat(radius) }, centre.to_array());
+    for (azimuth, elevation) in [(90.0, 25.0), (240.0, 40.0), (15.0, 60.0)] {
+        let under = under(Engine::Planes, azimuth, elevation);
+        let [found, bare] = [&[ball.clone()][..], &[]].map(|bodies| see(&under, &map(), bodies));
+        let [azimuth, up] = [azimuth, elevation].map(f64::to_radians);
+        let beam = -DVec3::new(azimuth.sin() * up.cos(), azimuth.cos() * up.cos(), up.sin());
+        let ellipse = Ball { centre, radius }.shadow(beam, 0.0).unwrap();
+
+        // Of what is missing on the ground about the ellipse, beside the ball itself.
+        let (mut sum, mut all) = (DVec2::ZERO, 0.0);
+        for number in 0..160 * 160 {
+            let offset = DVec2::new(f64::from(number % 160), f64::from(number / 160)) * 0.5 - 39.75;
+            let place = ellipse.centre.truncate() + offset - 500.0;
+            if place.y.abs() < 38.0 && place.length() > 10.5 {
+                let missing = 1.0 - f64::from(light(&found, &bare, place.to_array()));
+                (sum, all) = (sum + offset * missing, all + missing);
+            }
+        }
+        assert!(all > 50.0);
+        // A voxel is 2 m wide.
+        assert!((sum / all).length() < 1.0, "{azimuth} {elevation}: {}", sum / all);
     }
 }
 

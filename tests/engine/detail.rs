@@ -1,0 +1,122 @@
+//! Detail below the voxel and levels above it: what they must not cost or change.
+
+use std::collections::BTreeSet;
+use std::sync::Mutex;
+
+use glam::{DVec2, DVec3};
+
+use crate::scene::{Terrain, View, clear_air};
+use hedgehop::Result;
+use hedgehop::frame::Frame;
+use hedgehop::raymarch::Surface;
+use hedgehop::render::{Engine, RenderOptions, Renderer};
+use hedgehop::subimage::Farm;
+use hedgehop::voxel::{BoundsView, Header, HeightsView, MemPages, PageId, PageSource, PageView, SpansView};
+
+/// Pages of which it is known which were asked for.
+struct Watched {
+    pages: MemPages,
+    asked: Mutex<BTreeSet<[u32; 4]>>,
+}
+
+impl Watched {
+    fn ask(&self, kind: u32, id: PageId) {
+        self.asked.lock().unwrap().insert([kind, id.level.into(), id.px, id.py]);
+    }
+}
+
+impl PageSource for Watched {
+    fn header(&self) -> &Header {
+        self.pages.header()
+    }
+
+    fn page(&self, id: PageId) -> Result<Option<PageView<'_>>> {
+        self.ask(0, id);
+        self.pages.page(id)
+    }
+
+    fn heights(&self, id: PageId) -> Result<Option<HeightsView<'_>>> {
+        self.ask(1, id);
+        self.pages.heights(id)
+    }
+
+    fn bounds(&self, id: PageId) -> Result<Option<BoundsView<'_>>> {
+        self.ask(2, id);
+        self.pages.bounds(id)
+    }
+
+    fn spans(&self, id: PageId) -> Result<Option<SpansView<'_>>> {
+        self.ask(3, id);
+        self.pages.spans(id)
+    }
+}
+
+/// Hills of several wavelengths with posts of so many metres, in one grey or in many.
+fn hills(spacing: f64, is_rough: bool) -> MemPages {
+    let height = |at: DVec2| {
+        100.0
+            + 25.0 * (at.x / 140.0).sin() * (at.y / 110.0).cos()
+            + 2.0 * (at.x / 23.0).cos()
+            + (at.y / 9.0).sin()
+    };
+    let colour = |at: DVec2| {
+        let mixed = (at.x * 12.9898 + at.y * 78.233).sin() * 43_758.547;
+        [if is_rough { 100 + (40.0 * (mixed - mixed.floor())) as u8 } else { 130 }; 3]
+    };
+    Terrain::new([600, 600], spacing, height, colour).in_memory()
+}
+
+const VIEW: View =
+    View { eye: DVec3::new(560.0, 250.0, 135.0), ypr: [20.0, -14.0, 5.0], hfov: 60.0, size: [160, 120] };
+
+/// From so high that all ground is hundreds of metres away, where levels change.
+const HIGH: View = View { eye: DVec3::new(600.0, 20.0, 420.0), ypr: [0.0, -30.0, 0.0], ..VIEW };
+
+fn see(source: &impl PageSource, view: &View, options: &RenderOptions) -> Frame {
+    let farm = Farm::new(2).unwrap();
+    Renderer::new(source, options).frame_with(&view.camera(), &[], &farm).unwrap().frame
+}
+
+#[test]
+fn detail_reads_the_same_pages_as_without() {
+    for engine in [Engine::Planes, Engine::Reference] {
+        let [on, off] = [1.0, 0.0].map(|detail_synthesis| {
+            let watched = Watched { pages: hills(2.0, true), asked: Mutex::default() };
+            let frame = see(&watched, &VIEW, &RenderOptions { engine, detail_synthesis, ..clear_air() });
+            (watched.asked.into_inner().unwrap(), frame)
+        });
+        assert!(on.0.len() > 4, "{:?}", on.0);
+        assert_eq!(on.0, off.0, "{engine:?}");
+
+        // It is there, and is colour alone.
+        assert_eq!(on.1.range, off.1.range, "{engine:?}");
+        let changed = on.1.colour.iter().zip(&off.1.colour).filter(|(on, off)| on != off).count();
+        assert!(changed > 4000, "{engine:?}: {changed} pixels");
+    }
+}
+
+/// Mean difference of two pictures, sRGB codes.
+fn mean_difference(one: &Frame, other: &Frame) -> f64 {
+    let code = |light: f32| f64::from(hedgehop_base::colour::srgb8_from_linear(light));
+    let pairs = one.colour.iter().zip(&other.colour);
+    let sum: f64 = pairs.map(|(one, other)| (code(one[1]) - code(other[1])).abs()).sum();
+    sum / one.colour.len() as f64
+}
+
+#[test]
+fn a_level_coarser_changes_shading_by_less_than_two_codes() {
+    let ground = hills(2.0, false);
+    // All of the picture at once, where a flight changes a band at a time.
+    let differences = [Surface::Smooth, Surface::Blocks].map(|surface| {
+        let options =
+            |detail: f64| RenderOptions { engine: Engine::Reference, surface, detail, ..clear_air() };
+        let [fine, coarse] = [1.0, 0.25].map(|detail| see(&ground, &HIGH, &options(detail)));
+        let changed = fine.colour.iter().zip(&coarse.colour).filter(|(fine, coarse)| fine != coarse).count();
+        assert!(changed > fine.colour.len() / 3, "{surface:?}: {changed} pixels");
+        mean_difference(&fine, &coarse)
+    });
+
+    // Normals by gradients of heights hide the change, which flat sides of blocks show.
+    let [smooth, blocks] = differences;
+    assert!(smooth < 2.0 && blocks > 4.0 * smooth, "smooth {smooth}, blocks {blocks} codes");
+}
