@@ -32,7 +32,7 @@ pub enum CylinderColour {
 }
 
 impl Cylinder {
-    /// Its lower and upper disc.
+    /// Lower and upper disc.
     pub fn discs(&self) -> [FlatEllipse; 2] {
         [0.0, self.height].map(|up| FlatEllipse {
             centre: self.foot + DVec3::Z * up,

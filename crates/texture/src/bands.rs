@@ -34,11 +34,11 @@ pub struct BandTone {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BandTones {
-    /// In visible light.
+    /// Tone in visible light.
     pub visual: BandTone,
-    /// In amplified light.
+    /// Tone in amplified light.
     pub low_light: BandTone,
-    /// In heat.
+    /// Tone in heat.
     pub infrared: BandTone,
 }
 

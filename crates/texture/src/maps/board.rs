@@ -21,7 +21,7 @@ const TRIANGLE_RANGE: f64 = 1024.0;
 /// Face of the board, or the ground about it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BoardFace {
-    /// Where no face is: six maps.
+    /// Ground about the faces: six maps.
     Background,
     /// 9: quantities of X.
     QuantityX,
@@ -59,7 +59,7 @@ impl BoardFace {
         Self::Coarser,
     ];
 
-    /// Its own tone in each primary, 0 to 1.
+    /// Tone without texture in each primary, 0 to 1.
     fn colour(self) -> [f64; 3] {
         match self {
             Self::Background => [0.4, 0.5, 0.3],

@@ -84,7 +84,7 @@ impl Run {
         GroundView::new(self.eye(frame), self.screen)
     }
 
-    /// What is there to see.
+    /// Scene of the flight.
     pub fn scene(&self) -> &StudyScene {
         &self.scene
     }

@@ -1,4 +1,4 @@
-//! What the study's pictures show, in the order of its priorities: runway, terrain, ground, sky.
+//! Scene of the study's pictures, in the order of its priorities: runway, terrain, ground, sky.
 //!
 //! ```text
 //! shares of a pixel     runway ρ = γ(runway), terrain τ = γ(terrain) − γ(terrain and runway),
@@ -28,7 +28,7 @@ pub struct GreyPicture {
 /// Ground with texture.
 #[derive(Debug, Clone)]
 pub struct TexturedTerrain {
-    /// Its outline.
+    /// Outline on the ground.
     pub outline: GroundQuad,
     /// Code over it; lines are rows of cells along x.
     pub code: SubterrainCode,
@@ -47,9 +47,9 @@ pub struct TexturedTerrain {
 /// Ground of one tone over everything else.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Runway {
-    /// Its outline.
+    /// Outline on the ground.
     pub outline: GroundQuad,
-    /// Its tone.
+    /// Tone, 0 to 255.
     pub tone: u8,
 }
 

@@ -14,13 +14,13 @@ const WHAT: &str = "settings of a run";
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Settings {
-    /// What is on the ground.
+    /// Sky, ground and texture.
     pub database: DatabaseSettings,
-    /// What is drawn on.
+    /// Size and angle of the screen.
     pub display: DisplaySettings,
-    /// How frames are made and told of.
+    /// Frames, arithmetic and reports.
     pub simulator: SimulatorSettings,
-    /// Whence it is seen.
+    /// Place, velocity and attitude.
     pub aircraft: AircraftSettings,
 }
 
