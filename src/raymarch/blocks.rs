@@ -2,7 +2,7 @@
 //!
 //! What stands on a block is put together from the spans of its page and the objects that are placed there. Neighbours pass through the
 //! same blocks one after the other, and frames those of the frame before, so that this is seldom done twice. How high a block reaches is
-//! known without it.
+//! known without it. Blocks of coarser cells are kept beside those of voxels, which they are made of.
 
 use std::ops::DerefMut;
 
@@ -19,10 +19,47 @@ const PLACES: usize = 8192;
 /// Blocks with the same place lie 96 blocks apart at least: planes seldom have two of them (the densest lattice of this many points).
 const PER_ROW: i64 = 1307;
 
+/// Places from a block to the one of coarser cells of the same column and row.
+const PER_SHIFT: i64 = 2731;
+
+/// Column and row of a block among those of cells of `1 << shift` voxels to a side.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct BlockPlace {
+    pub at: [i64; 2],
+    pub shift: u8,
+}
+
+impl BlockPlace {
+    /// A block of voxels.
+    pub fn of_voxels(at: [i64; 2]) -> Self {
+        Self { at, shift: 0 }
+    }
+
+    /// Column and row of the south-west one of the blocks of voxels that it lies over.
+    #[inline(always)]
+    pub fn first(self) -> [i64; 2] {
+        self.at.each(|at| at << self.shift)
+    }
+
+    /// How many of them lie along each side.
+    #[inline(always)]
+    pub fn count(self) -> u32 {
+        1 << self.shift
+    }
+
+    /// Number of its place in a table.
+    #[inline]
+    fn place(self) -> usize {
+        let Self { at, shift } = self;
+        let place = at[0].wrapping_add(at[1].wrapping_mul(PER_ROW));
+        place.wrapping_add(i64::from(shift) * PER_SHIFT) as usize % PLACES
+    }
+}
+
 /// Spans of a block that is kept.
 #[derive(Debug)]
 struct BlockSlot {
-    at: [i64; 2],
+    at: BlockPlace,
     /// Whether this frame looked at it.
     is_used: bool,
     spans: BlockSpans,
@@ -56,12 +93,6 @@ pub(super) fn corner_on_page(block: [i64; 2]) -> [u32; 2] {
     block.each(|at| (at * i64::from(BLOCK_SIDE) % i64::from(PAGE_SIDE)) as u32)
 }
 
-/// Returns the place of a block in a table.
-#[inline]
-fn place(block: [i64; 2]) -> usize {
-    block[0].wrapping_add(block[1].wrapping_mul(PER_ROW)) as usize % PLACES
-}
-
 impl Default for BlockTable {
     fn default() -> Self {
         Self { places: vec![0; PLACES], slots: Vec::new() }
@@ -75,14 +106,14 @@ impl BlockTable {
         self.places.fill(0);
         for (number, slot) in (1..).zip(&mut self.slots) {
             slot.is_used = false;
-            self.places[place(slot.at)] = number;
+            self.places[slot.at.place()] = number;
         }
     }
 
     /// Returns the spans of a block, which is put together unless it is here.
     #[inline]
-    fn get(&mut self, block: [i64; 2], gather: impl FnOnce(&mut BlockSpans)) -> &BlockSpans {
-        let place = place(block);
+    fn get(&mut self, block: BlockPlace, gather: impl FnOnce(&mut BlockSpans)) -> &BlockSpans {
+        let place = block.place();
         let mut known = self.places[place] as usize;
         if known == 0 {
             self.slots.push(BlockSlot { at: block, is_used: true, spans: BlockSpans::default() });
@@ -149,15 +180,17 @@ impl<'a, T: DerefMut<Target = BlockTable>> Blocks<'a, T> {
             return Ok(0.0);
         }
         let [x, y] = voxel.each(|at| (at % i64::from(BLOCK_SIDE)) as usize);
-        Ok(self.get(block, &view).tops()[y * BLOCK_SIDE as usize + x])
+        Ok(self.get(BlockPlace::of_voxels(block), &view).tops()[y * BLOCK_SIDE as usize + x])
     }
 
     /// Returns the spans of a block of the page `view`. Something stands there: a table must not take what an absent page does not show on to
     /// frames that have the page.
-    pub fn get(&mut self, block: [i64; 2], view: &SpansView<'_>) -> &BlockSpans {
+    pub fn get(&mut self, block: BlockPlace, view: &SpansView<'_>) -> &BlockSpans {
         let (objects, rise) = (self.objects, self.rise);
-        self.table.get(block, |spans| {
-            spans.gather(view, objects, corner_on_page(block), rise);
+        let corner = corner_on_page(block.first());
+        self.table.get(block, |spans| match block.shift {
+            0 => drop(spans.gather(view, objects, corner, rise)),
+            shift => spans.gather_coarse(view, objects, corner, shift, rise),
         })
     }
 }
@@ -169,7 +202,7 @@ mod tests {
     /// Looks at a block, and tells whether it had to be put together.
     fn look(table: &mut BlockTable, block: [i64; 2]) -> bool {
         let mut is_new = false;
-        table.get(block, |_| is_new = true);
+        table.get(BlockPlace::of_voxels(block), |_| is_new = true);
         is_new
     }
 

@@ -120,7 +120,9 @@ impl<'a> Marcher<'a> {
         Self {
             cursor: PageCursor::new(source),
             bare: PageCursor::new(source).on_bare_ground(),
-            solids: header.has_spans.then(|| Solids::new(&PageCursor::new(source))),
+            solids: header
+                .has_spans
+                .then(|| Solids::new(&PageCursor::new(source)).in_bands(bands.span_bands())),
             bare_until: bands.bare_until(),
             grid: header.grid,
             bands: bands_of(&bands, coarsest),
@@ -153,7 +155,7 @@ impl<'a> Marcher<'a> {
         let side = f64::from(Grid::side_units(self.coarsest)).min(self.size.min_element());
         let far = far.min(FARTHEST).min(MOST_VOXELS * side * self.grid.spacing);
         let (cursor, bare) = (self.cursor.endless(), self.bare.endless());
-        let solids = self.solids.map(|_| Solids::new(&bare));
+        let solids = self.solids.map(|solids| solids.on(&bare));
         Self { cursor, bare, solids, far, ..self }
     }
 

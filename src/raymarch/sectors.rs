@@ -306,10 +306,17 @@ impl SectorHorizons {
     /// Finds the bounds of what stands between two directions, by voxels where a block holds something.
     fn standing(&self, ends: [DVec2; 2], blocks: &mut OwnBlocks<'_>, code: HeightCode) -> Result<Envelope> {
         let until = self.bands.bare_until() / self.grid.spacing;
+        let coarser = self.bands.span_bands().iter().find(|band| band.shift > 0);
+        // Of coarser cells nothing is said: their rays are followed.
+        let voxels_until = coarser.map_or(f64::INFINITY, |band| band.start / self.grid.spacing);
         let voxels = blocks.voxels();
         let by_blocks = voxels.grouped(BLOCK_SIDE);
         let mut envelope = Envelope::default();
         for ring in self.rings.windows(2).take_while(|ring| ring[0] < until) {
+            if ring[1] > voxels_until {
+                envelope.beyond = Some(BESIDE as f32);
+                break;
+            }
             let mut stands = false;
             for part in self.parts(ends, [ring[0], ring[1]], by_blocks.side) {
                 for block in part.cells(&by_blocks) {

@@ -1,7 +1,8 @@
 //! Exact intersection of a ray with spans on bare ground, voxel by voxel.
 //!
 //! ```text
-//! walk groups of 4 × 4 blocks along the ray, as far as bare ground is seen; in them blocks of 8 × 8 voxels, in these voxels:
+//! for each size of cells that what stands is seen in, as far as bare ground is; near by they are voxels:
+//! walk groups of 4 × 4 blocks along the ray; in them blocks of 8 × 8 voxels, in these voxels:
 //!     the ray stays above all that stands there → the next one
 //!     for each span of the voxel:
 //!         stretch = the ray in the voxel ∩ inside of the wall ∩ below the upper end ∩ above the lower end
@@ -15,8 +16,8 @@
 
 use glam::{DVec2, DVec3};
 
-use super::blocks::{OwnBlocks, corner_on_page};
-use super::{CellRect, CellStep, CellWalk, GridRay, Lattice, PageCursor};
+use super::blocks::{BlockPlace, OwnBlocks, corner_on_page};
+use super::{CellRect, CellStep, CellWalk, GridRay, Lattice, PageCursor, SpanBand};
 use crate::voxel::{BLOCK_SIDE, BlockSpans, Cut, HeightCode, Span};
 use hedgehop_base::error::Result;
 
@@ -57,17 +58,22 @@ pub struct SolidHit {
 
 /// Follows rays through what stands in one database.
 pub struct Solids<'a> {
+    /// Of voxels.
     measure: Measure,
+    /// Sizes of cells by distance; none: voxels everywhere.
+    bands: Vec<SpanBand>,
     blocks: OwnBlocks<'a>,
 }
 
 /// Metric values of the places and heights of spans.
 #[derive(Debug, Clone, Copy)]
 struct Measure {
-    /// Level index 0 as a lattice.
+    /// log₂ of voxels of level index 0 along a cell, which is the voxel here.
+    shift: u8,
+    /// The cells.
     lattice: Lattice,
     code: HeightCode,
-    /// Side of a voxel, metres.
+    /// Side of a cell, metres.
     spacing: f64,
 }
 
@@ -77,8 +83,18 @@ impl<'a> Solids<'a> {
         let source = cursor.source();
         let header = source.header();
         let (code, spacing) = (header.heights, header.grid.spacing);
-        let measure = Measure { lattice: cursor.voxels(0), code, spacing };
-        Self { measure, blocks: OwnBlocks::new(source, Box::default()) }
+        let measure = Measure { shift: 0, lattice: cursor.voxels(0), code, spacing };
+        Self { measure, bands: Vec::new(), blocks: OwnBlocks::new(source, Box::default()) }
+    }
+
+    /// The same in coarser cells where `bands` say so.
+    pub fn in_bands(self, bands: &[SpanBand]) -> Self {
+        Self { bands: bands.to_vec(), ..self }
+    }
+
+    /// The same in the area as another cursor has it.
+    pub fn on(self, cursor: &PageCursor<'a>) -> Self {
+        Self { bands: self.bands, ..Self::new(cursor) }
     }
 
     /// Returns the blocks that are kept.
@@ -98,23 +114,47 @@ impl<'a> Solids<'a> {
         [mut left, least]: [f64; 2],
         hits: &mut Vec<SolidHit>,
     ) -> Result<f64> {
-        let Measure { lattice, .. } = self.measure;
-        let blocks = lattice.grouped(BLOCK_SIDE);
+        let whole = [SpanBand { shift: 0, start: 0.0, end: f64::INFINITY }];
+        let count = self.bands.len().max(1);
+        for index in 0..count {
+            let band = self.bands.get(index).unwrap_or(&whole[0]);
+            let measure = self.measure.of_cells(band.shift);
+            let from = if index == 0 { start } else { start.max(band.start / ray.ground_cosine) };
+            let until = if index + 1 == count { end } else { end.min(band.end / ray.ground_cosine) };
+            if from < until && left > least {
+                left = self.along_cells(&measure, ray, [from, until], [left, least], hits)?;
+            }
+        }
+        Ok(left)
+    }
+
+    /// [`Self::along`], in cells of one size.
+    fn along_cells(
+        &mut self,
+        measure: &Measure,
+        ray: &GridRay,
+        [start, end]: [f64; 2],
+        [mut left, least]: [f64; 2],
+        hits: &mut Vec<SolidHit>,
+    ) -> Result<f64> {
+        let blocks = measure.lattice.grouped(BLOCK_SIDE);
         let groups = blocks.grouped(GROUP);
         // A short way is through a group or two.
         if (end - start) * ray.slope.truncate().length() <= groups.side {
-            return self.through(ray, CellWalk::new(ray, blocks, start, end), [left, least], hits);
+            return self.through(measure, ray, CellWalk::new(ray, blocks, start, end), [left, least], hits);
         }
 
         for group in CellWalk::new(ray, groups, start, end) {
-            let first = group.cell.map(|cell| cell * i64::from(GROUP));
-            let (_, view) = self.blocks.page(first)?;
-            let [x, y] = corner_on_page(first);
-            if self.measure.is_clear(ray, &group, view.highest(x, y, GROUP).into()) {
+            let place =
+                BlockPlace { at: group.cell.map(|cell| cell * i64::from(GROUP)), shift: measure.shift };
+            let (_, view) = self.blocks.page(place.first())?;
+            let [x, y] = corner_on_page(place.first());
+            let [_, high] = view.reach(x, y, GROUP * place.count());
+            if measure.is_clear(ray, &group, high.into()) {
                 continue;
             }
             let inside = CellWalk::new(ray, blocks.inside(&group, GROUP), group.enter, group.leave);
-            left = self.through(ray, inside, [left, least], hits)?;
+            left = self.through(measure, ray, inside, [left, least], hits)?;
             if left <= least {
                 break;
             }
@@ -126,19 +166,22 @@ impl<'a> Solids<'a> {
     /// [`Self::along`], of the blocks of a walk.
     fn through(
         &mut self,
+        measure: &Measure,
         ray: &GridRay,
         walk: CellWalk,
         [mut left, least]: [f64; 2],
         hits: &mut Vec<SolidHit>,
     ) -> Result<f64> {
         for block in walk {
-            let (_, view) = self.blocks.page(block.cell)?;
-            let [x, y] = corner_on_page(block.cell);
-            if self.measure.is_clear(ray, &block, view.block(x, y).high.into()) {
+            let place = BlockPlace { at: block.cell, shift: measure.shift };
+            let (_, view) = self.blocks.page(place.first())?;
+            let [x, y] = corner_on_page(place.first());
+            let [_, high] = view.reach(x, y, place.count());
+            if measure.is_clear(ray, &block, high.into()) {
                 continue;
             }
-            let stands = self.blocks.get(block.cell, &view);
-            left = self.measure.cross(ray, &block, stands, [left, least], hits);
+            let stands = self.blocks.get(place, &view);
+            left = measure.cross(ray, &block, stands, [left, least], hits);
             if left <= least {
                 break;
             }
@@ -172,7 +215,7 @@ impl<'a> Solids<'a> {
         let top = |span: &Span| {
             measure.height(span.high) + DVec2::from(span.slopes().map(f64::from)).dot(at) * spacing
         };
-        let spans = self.blocks.get(block, &view).of(x, y);
+        let spans = self.blocks.get(BlockPlace::of_voxels(block), &view).of(x, y);
 
         Ok(spans.iter().filter(holds).map(top).reduce(f64::max))
     }
@@ -190,7 +233,7 @@ impl<'a> Solids<'a> {
             let block = step.cell.map(|cell| cell / i64::from(BLOCK_SIDE));
             let (_, view) = self.blocks.page(block)?;
             let [x, y] = step.cell.map(|cell| (cell % i64::from(BLOCK_SIDE)) as u32);
-            let spans = self.blocks.get(block, &view).of(x, y);
+            let spans = self.blocks.get(BlockPlace::of_voxels(block), &view).of(x, y);
             left = self.measure.meet(ray, &step, spans, [left, least], hits);
             if left <= least {
                 break;
@@ -201,6 +244,12 @@ impl<'a> Solids<'a> {
 }
 
 impl Measure {
+    /// The same of cells of `1 << shift` voxels to a side.
+    fn of_cells(self, shift: u8) -> Self {
+        let side = 1 << shift;
+        Self { shift, lattice: self.lattice.grouped(side), spacing: self.spacing * f64::from(side), ..self }
+    }
+
     /// Whether a ray stays above all that stands on a step's cell, of which nothing rises above this height code; 0: nothing stands there.
     fn is_clear(&self, ray: &GridRay, step: &CellStep, top: f32) -> bool {
         let height = self.code.offset + self.code.scale * f64::from(top);

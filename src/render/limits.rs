@@ -11,7 +11,8 @@ pub fn level_bands(header: &Header, camera: &Camera, options: &RenderOptions) ->
     let (grid, count) = (&header.grid, header.level_count);
     match camera.footprint() {
         Footprint::Angle(angle) => {
-            let bands = LevelBands::new(grid, count, angle, clearance, options.detail);
+            let bands = LevelBands::new(grid, count, angle, clearance, options.detail)
+                .with_span_pixels(options.far_spans);
             let has_spans = header.has_spans;
             if has_spans { bands.with_bare_ground(grid, angle, clearance, options.detail) } else { bands }
         }

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use crate::earth::Curvature;
-use crate::raymarch::Surface;
+use crate::raymarch::{LEAST_SPAN_PIXELS, SPAN_PIXELS, Surface};
 use crate::sensor::VisualSensor;
 use crate::space::Camera;
 use crate::sunlight::{Brightness, Night, Shade, Shades, Sun};
@@ -31,6 +31,9 @@ pub struct RenderOptions {
     pub detail: f64,
     /// Factor on the amplitude of detail that is made up below the finest voxel, ≥ 0; 0: there is none.
     pub detail_synthesis: f64,
+    /// Pixels that a voxel fills at least where what stands on the ground is seen as spans, ≥ 0.25; further away it is part of the surface. 0.25 keeps shapes and
+    /// walls of houses wherever level 1 is seen; small frames of villages take twice as long then as with 2.5.
+    pub far_spans: f64,
     /// Drop of heights with ground distance; flat by default. [`Self::of`] chooses by the database.
     pub curvature: Curvature,
     /// The area repeats without end, eastward and northward.
@@ -63,6 +66,7 @@ impl Default for RenderOptions {
             weather: Weather::default(),
             detail: 1.0,
             detail_synthesis: 1.0,
+            far_spans: SPAN_PIXELS,
             curvature: Curvature::FLAT,
             tile_world: false,
             engine: Engine::default(),
@@ -124,6 +128,10 @@ impl RenderOptions {
             (
                 self.detail_synthesis >= 0.0 && self.detail_synthesis.is_finite(),
                 "detail synthesis must be 0 or more",
+            ),
+            (
+                self.far_spans >= LEAST_SPAN_PIXELS && self.far_spans.is_finite(),
+                "far spans must end where a voxel fills 0.25 pixels or more",
             ),
             (bend.is_finite() && bend >= 0.0, "the curvature's inverse diameter must be 0 or more"),
             (pose.eye.is_finite() && attitude.is_finite(), "the pose must be finite"),

@@ -315,8 +315,8 @@ fn see(
 ) -> Result<Rays> {
     let header = renderer.source.header();
     let (strides, above_ground) = strides(renderer, view)?;
-    let bare_until = level_bands(header, view.camera, &renderer.options).bare_until();
-    let strides = strides.with_bare_ground(bare_until);
+    let bands = level_bands(header, view.camera, &renderer.options);
+    let strides = strides.with_bare_ground(bands.bare_until());
     let pixel_angle = view.camera.pixel_angle();
     let row_table = view.shape.row_table();
     let per_task = (farm.task_size_or(SUITABLE).lines as usize / LANES).max(1);
@@ -386,6 +386,7 @@ fn see(
                     group,
                     profile,
                     bare_until,
+                    span_bands: bands.span_bands(),
                     field,
                     row_table,
                     kept,

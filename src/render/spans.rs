@@ -5,6 +5,7 @@ use glam::DVec3;
 use super::plane_image::DepthsMut;
 use super::renderer::Renderer;
 use crate::frame::stage::{Cell, Scale, SpanPaint};
+use crate::raymarch::SpanBand;
 use crate::raymarch::scan::{
     KeptPlanes, MarchField, PlaneGroup, Profile, RowTable, SpanCoverage, SpanMarch, SpanScan,
 };
@@ -28,6 +29,8 @@ pub struct SeenGroup<'s> {
     pub profile: &'s Profile,
     /// Major distance up to which it is bare, units.
     pub bare_until: f64,
+    /// Sizes of cells that what stands there is seen in.
+    pub span_bands: &'s [SpanBand],
     pub field: MarchField,
     pub row_table: &'s RowTable,
     pub kept: &'s KeptPlanes,
@@ -54,12 +57,14 @@ impl<'a> SpanRenderer<'a> {
     /// # Errors
     /// A page that is damaged.
     pub fn put(&mut self, seen: &SeenGroup<'_>, cells: &mut [Cell], depths: DepthsMut<'_>) -> Result<()> {
-        let SeenGroup { group, profile, bare_until, field, row_table, kept, scale, air, squares } = *seen;
+        let SeenGroup { group, profile, bare_until, span_bands, field, row_table, kept, scale, air, squares } =
+            *seen;
         let scan = SpanScan {
             eye: self.eye,
             group,
             profile,
             until: bare_until,
+            bands: span_bands,
             field,
             row_table,
             first: kept.first,

@@ -5,6 +5,7 @@
 //! put them there, each voxel's in the order of their heights
 //! ```
 
+use super::coarse_spans::CoarseCells;
 use super::{BLOCK_SIDE, Placement, SharedObject, SharedObjects, Span, SpansView};
 use crate::simd::Each;
 
@@ -87,13 +88,46 @@ impl BlockSpans {
         end > 0
     }
 
+    /// Fills it with what stands on the block of cells of `1 << shift` voxels to a side, 2 or 4, that begins with voxel (x, y) of a page; `rise` as for
+    /// [`super::SpanTable::new`].
+    pub fn gather_coarse(
+        &mut self,
+        page: &SpansView<'_>,
+        objects: &SharedObjects,
+        [x, y]: [u32; 2],
+        shift: u8,
+        rise: f64,
+    ) {
+        let side = 1 << shift;
+        let cells = CoarseCells { side, rise: rise as f32 };
+        let (mut fine, mut pieces) = (Self::default(), Vec::new());
+        for at in (0..side * side).map(|number| [number % side, number / side]) {
+            let voxel = [x + at[0] * BLOCK_SIDE, y + at[1] * BLOCK_SIDE];
+            if page.has_block(voxel) && fine.gather(page, objects, voxel, rise) {
+                cells.cut(|voxel| fine.at(voxel), at, &mut pieces);
+            }
+        }
+
+        self.spans.clear();
+        (self.starts, self.tops) = ([0; VOXELS + 1], [0.0; VOXELS]);
+        pieces.sort_by_key(|piece| piece.cell);
+        let mut groups = pieces.chunk_by_mut(|a, b| a.cell == b.cell).peekable();
+        for cell in 0..VOXELS {
+            self.starts[cell] = self.spans.len() as u32;
+            if let Some(group) = groups.next_if(|group| usize::from(group[0].cell) == cell) {
+                cells.join(group, &mut self.spans);
+            }
+            let own = &self.spans[self.starts[cell] as usize..];
+            self.tops[cell] =
+                own.iter().map(|span| top_of(span, cells.rise * side as f32)).fold(0.0, f32::max);
+        }
+        self.starts[VOXELS] = self.spans.len() as u32;
+    }
+
     /// Puts a span before those of its voxel that are higher.
     #[inline]
     fn put(&mut self, voxel: usize, span: Span, end: &mut u32, rise: f32) {
-        let steps = u32::from(span.slope[0].unsigned_abs()) + u32::from(span.slope[1].unsigned_abs());
-        // With room for what rounding takes.
-        let top = f32::from(span.high) + steps as f32 * rise + 0.5;
-        self.tops[voxel] = self.tops[voxel].max(top);
+        self.tops[voxel] = self.tops[voxel].max(top_of(&span, rise));
         let mut at = *end as usize;
         let first = self.starts[voxel] as usize;
         while at > first && (self.spans[at - 1].low, self.spans[at - 1].high) > (span.low, span.high) {
@@ -121,6 +155,13 @@ impl BlockSpans {
     pub fn tops(&self) -> &[f32; VOXELS] {
         &self.tops
     }
+}
+
+/// Height code that a span does not rise above, with room for what rounding takes.
+#[inline]
+fn top_of(span: &Span, rise: f32) -> f32 {
+    let steps = u32::from(span.slope[0].unsigned_abs()) + u32::from(span.slope[1].unsigned_abs());
+    f32::from(span.high) + steps as f32 * rise + 0.5
 }
 
 /// Iterates over the bits of a block's voxels that are set.

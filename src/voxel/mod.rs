@@ -5,6 +5,7 @@ mod arrays;
 mod assembly;
 mod block_spans;
 mod bytes;
+mod coarse_spans;
 mod cut;
 mod directory;
 mod earlier;

@@ -328,9 +328,10 @@ impl<'a> SpansView<'a> {
         self.blocks.get(index as usize).copied().unwrap_or_default()
     }
 
-    /// Height code that nothing rises above in `count` × `count` blocks, of which that of voxel (x, y) is the south-west one; 0 where nothing stands.
+    /// Height codes that nothing leaves in `count` × `count` blocks, of which that of voxel (x, y) is the south-west one: the lower one 0 if something stands on
+    /// the ground there, both 0 where nothing stands.
     #[inline]
-    pub fn highest(&self, x: u32, y: u32, count: u32) -> u16 {
+    pub fn reach(&self, x: u32, y: u32, count: u32) -> [u16; 2] {
         let [column, row] = [x, y].each(|at| at / BLOCK_SIDE);
         let columns = column..(column + count).min(self.blocks_across);
         let rows = (row..row + count).map_while(|row| {
@@ -338,7 +339,14 @@ impl<'a> SpansView<'a> {
                 [columns.start, columns.end].each(|column| (row * self.blocks_across + column) as usize);
             self.blocks.get(from..to)
         });
-        rows.flatten().map(|block| block.high).max().unwrap_or(0)
+        let standing = rows.flatten().filter(|block| block.high > 0).map(|block| [block.low, block.high]);
+        standing.reduce(|[low, high], other| [low.min(other[0]), high.max(other[1])]).unwrap_or_default()
+    }
+
+    /// Whether a voxel lies on the page.
+    pub(super) fn has_block(&self, [x, y]: [u32; 2]) -> bool {
+        x / BLOCK_SIDE < self.blocks_across
+            && ((y / BLOCK_SIDE * self.blocks_across) as usize) < self.blocks.len()
     }
 
     /// Spans of voxel (x, y) of the page, which lies in `block`.

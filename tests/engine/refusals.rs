@@ -28,6 +28,7 @@ fn values_that_make_no_picture_are_refused() {
         (DVec3::ONE, 60.0, RenderOptions { sun: beyond, ..sound.2 }),
         (DVec3::ONE, 60.0, RenderOptions { visibility: f64::NAN, ..sound.2 }),
         (DVec3::ONE, 60.0, RenderOptions { detail: 0.0, ..sound.2 }),
+        (DVec3::ONE, 60.0, RenderOptions { far_spans: 0.1, ..sound.2 }),
     ] {
         assert!(matches!(frame(broken), Err(Error::Configuration(_))), "{broken:?}");
     }

@@ -51,6 +51,18 @@ impl PlaneGroup {
         Self { major, forward, minor, depth, drop, over, ground: per_unit[LANES / 2].length() }
     }
 
+    /// The same planes over a grid of which a unit has so many of these.
+    pub fn in_cells(&self, side: f64) -> Self {
+        let by = side as f32;
+        Self {
+            depth: self.depth.map(|depth| depth * by),
+            drop: self.drop.map(|drop| drop * by * by),
+            over: self.over.map(|over| over.map(|at| at / by)),
+            ground: self.ground * side,
+            ..self.clone()
+        }
+    }
+
     /// Units eastward and northward per unit of major distance of a plane.
     pub fn way(&self, lane: usize) -> [f64; 2] {
         let minor = f64::from(self.minor[lane]);

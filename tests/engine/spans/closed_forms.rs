@@ -6,7 +6,8 @@ use glam::{DVec2, DVec3};
 use proptest::prelude::*;
 
 use super::scenes::{
-    APEX, CODE, HALF_RIDGE, SIDE, SPACING, hipped, hipped_height, pillar, short_ridge, standing, standing_as,
+    APEX, CODE, DENSE, HALF_RIDGE, SIDE, SPACING, hipped, hipped_height, pillar, short_ridge, standing,
+    standing_as, village, wood,
 };
 use hedgehop::earth::Curvature;
 use hedgehop::raymarch::{Face, GridRay, LevelBands, Marcher, PageCursor, SolidHit, Solids, Surface};
@@ -51,6 +52,41 @@ fn a_pillar_is_met_on_its_faces_and_the_ground_beside_and_behind_it_is_bare() {
     assert_eq!((hits.len(), left), (0, 1.0));
     let expected = DVec3::new(0.0, 80.5 * SPACING, 10.0).length();
     assert!((ground.unwrap() - expected).abs() < 1e-6, "{ground:?} {expected}");
+}
+
+/// Share of light from behind that rays through a place lose on average to what stands, of 900 level and sinking ones.
+///
+/// `shift`: log₂ of voxels along the cells that are seen.
+fn hidden(pages: &MemPages, shift: u8) -> f64 {
+    // From so high above, the coarsest cells are fine enough at any distance.
+    let (pixel, clearance) = if shift == 0 { (1.0e-9, 0.0) } else { (0.008, 500.0) };
+    let bands = LevelBands::finest_only().with_span_pixels(0.25).with_bare_ground(
+        &pages.header().grid,
+        pixel,
+        clearance,
+        1.0,
+    );
+    let nearest = bands.span_bands()[0];
+    assert!(nearest.shift == shift && nearest.end > 900.0, "{nearest:?}");
+    let mut marcher = Marcher::new(pages, bands, Surface::Smooth);
+    let (mut sum, mut hits) = (0.0, Vec::new());
+    for index in 0..900_u32 {
+        let across = 100.0 + f64::from(index % 30) * 3.3;
+        let turn = f64::from(index / 30 % 5) * 0.3;
+        let eye = DVec3::new(60.0, across, 4.0 + 0.5 * f64::from(index / 30));
+        let ahead = DVec3::new(turn.cos(), turn.sin(), -0.02);
+        let (ray, _) = ray(&marcher, eye, eye + 100.0 * ahead);
+        sum += 1.0 - marcher.solids(&ray, None, &mut hits).unwrap();
+    }
+    sum / 900.0
+}
+
+#[test]
+fn cells_of_voxels_hide_as_much_as_these() {
+    for (name, pages) in [("village", village(false)), ("wood", wood(DENSE)), ("thin wood", wood(3))] {
+        let [fine, coarse] = [0, 2].map(|shift| hidden(&pages, shift));
+        assert!((coarse - fine).abs() < 0.05, "{name}: {coarse} of the light for {fine}");
+    }
 }
 
 /// A house of `half` sides, in units, about a point, turned by an angle in radians: voxels by the side whose line is nearest.

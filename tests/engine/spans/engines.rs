@@ -77,6 +77,32 @@ fn planes_see_what_stands_as_the_reference_does() {
     }
 }
 
+/// Views in which a voxel is a fraction of a pixel: what stands is seen in cells of 2 × 2 and 4 × 4.
+#[test]
+fn planes_see_cells_of_what_stands_as_the_reference_does() {
+    let farm = Farm::new(2).unwrap();
+    for (place, pages) in [village(false), village(true), wood(DENSE)].iter().enumerate() {
+        for (index, (camera, detail)) in [
+            (camera(150.0, 60.0, 40.0, [0.0, -10.0, 0.0]), 0.12),
+            (camera(60.0, 155.0, 25.0, [80.0, -8.0, 0.0]), 0.2),
+            (camera(240.0, 250.0, 60.0, [225.0, -20.0, 12.0]), 0.3),
+            (camera(150.0, 150.0, 120.0, [30.0, -60.0, 0.0]), 0.3),
+        ]
+        .into_iter()
+        .enumerate()
+        {
+            let options = RenderOptions { detail, far_spans: 0.25, ..RenderOptions::of(pages.header()) };
+            let bands = level_bands(pages.header(), &camera, &options);
+            assert!(bands.span_bands().iter().any(|band| band.shift > 0 && band.start < 200.0), "{bands:?}");
+            let fast = Renderer::new(pages, &options).frame(&camera, &farm).unwrap().frame;
+            let exact = render_reference(pages, &camera, &options, &farm).unwrap().frame;
+            let (off, mean) = difference(&fast, &exact);
+            // The reference has one ray for all that a pixel shows of them.
+            assert!(off < 0.03 && mean < 0.02, "{place}, {index}: {off} of the pixels, {mean}");
+        }
+    }
+}
+
 /// A database of which a page is damaged and left out.
 struct Lacking<'p>(&'p MemPages, PageId);
 

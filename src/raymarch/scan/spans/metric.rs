@@ -26,8 +26,10 @@ pub trait FacetLight {
 /// Metric values of the spans' steps.
 #[derive(Debug, Clone)]
 pub(super) struct Metric {
+    /// log₂ of voxels along a cell, which is what is called a voxel.
+    pub(super) shift: u8,
     pub(super) code: HeightCode,
-    /// A step of height, and the side of a voxel.
+    /// A step of height, and the side of a voxel, metres.
     pub(super) scale: f32,
     pub(super) spacing: f32,
     /// Unit vectors (east, north) of directions in 256ths of a turn.

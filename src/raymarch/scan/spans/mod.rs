@@ -1,6 +1,7 @@
 //! Spans on bare ground, drawn by sixteen planes at a time.
 //!
 //! ```text
+//! for each size of cells that what stands is seen in, near by voxels, which cells are called below:
 //! for each block of 8 × 8 voxels that some plane crosses, from the eye outward:
 //!     it lies below what is hidden in every plane → next block
 //!     for each of its voxels that some plane crosses and that rises above what is hidden, outward:
@@ -40,13 +41,14 @@ use self::crossing::{Floor, VoxelCrossing};
 use self::horizon::FloatingHorizon;
 use self::metric::Metric;
 pub use self::metric::{FaceDirection, FacetLight};
-use self::packet::{BlockPassage, PlanePacket};
+use self::packet::{BlockPassage, CellExtent, PlanePacket};
 use self::plane_lanes::PlaneLanes;
 use super::{MarchField, PlaneGroup, Profile, RowTable};
 use crate::cache::Lent;
-use crate::raymarch::blocks::{BlockTable, Blocks, corner_on_page};
+use crate::raymarch::bands::{COARSEST_CELLS, SpanBand};
+use crate::raymarch::blocks::{BlockPlace, BlockTable, Blocks, corner_on_page};
 use crate::simd::{Floats, Ints, Isa, Kernel, LANES, Mask, Simd};
-use crate::voxel::{BLOCK_SIDE, Cut, Grid, PageId, PageSource, Span, SpanBlock, SpansView};
+use crate::voxel::{BLOCK_SIDE, Cut, Grid, PageId, PageSource, Span, SpansView};
 use hedgehop_base::error::Result;
 
 /// The planes to follow, and what is known of them.
@@ -60,6 +62,8 @@ pub struct SpanScan<'f> {
     pub profile: &'f Profile,
     /// Major distance up to which that is bare, units.
     pub until: f64,
+    /// Sizes of cells that what stands there is seen in, nearest first.
+    pub bands: &'f [SpanBand],
     /// Tangents that are of interest.
     pub field: MarchField,
     /// Rows, and which of them are filled.
@@ -75,7 +79,8 @@ pub struct SpanScan<'f> {
 /// Follows planes through what stands in one database.
 pub struct SpanMarch<'a> {
     grid: Grid,
-    metric: Metric,
+    /// Of cells of each size.
+    metrics: Vec<Metric>,
     blocks: Blocks<'a, Lent<'a, BlockTable>>,
 }
 
@@ -84,15 +89,17 @@ impl<'a> SpanMarch<'a> {
     pub fn new(source: &'a dyn PageSource, mut blocks: Lent<'a, BlockTable>) -> Self {
         let header = source.header();
         let (grid, code) = (header.grid, header.heights);
-        let metric = Metric {
+        let metric = |shift: u8| Metric {
+            shift,
             code,
             scale: code.scale as f32,
-            spacing: grid.spacing as f32,
+            spacing: (grid.spacing * f64::from(1_u32 << shift)) as f32,
             directions: std::array::from_fn(|facing| Cut::wall(facing as u8, 0).normal()),
             clearness: std::array::from_fn(|steps| (1.0 - steps as f32 / f32::from(Span::OPAQUE)).log2()),
         };
         blocks.begin_frame();
-        Self { grid, metric, blocks: Blocks::new(source, blocks) }
+        let metrics = (0..=COARSEST_CELLS).map(metric).collect();
+        Self { grid, metrics, blocks: Blocks::new(source, blocks) }
     }
 
     /// Finds the spans that sixteen planes see.
@@ -128,18 +135,37 @@ impl<L: FacetLight> Kernel for Following<'_, '_, L> {
     #[inline(always)]
     fn run<V: Simd>(self, simd: V) -> Result<()> {
         let Self { march, scan, light, coverage } = self;
-        let eye = scan.eye.truncate().to_array();
-        let height = scan.eye.z - march.metric.code.offset;
-        let lanes = PlaneLanes::new(simd, scan.group, height, march.metric.spacing);
         let lowest = scan.field.tangents[0];
-        let floor = Floor { tangent: simd.splat(lowest), rows: simd.splat(0.0) };
-        let mut walk = PacketWalk { march, scan, light, coverage, lanes, floor };
+        let mut floor = Floor { tangent: simd.splat(lowest), rows: simd.splat(0.0) };
+        let rows = simd.splat(scan.rows as f32);
+        let SpanMarch { grid, metrics, blocks } = march;
 
-        // Few groups have planes of both senses: those about an axis.
-        for upward in [true, false] {
-            let packet = PlanePacket::new(simd, scan.group, &walk.march.grid, eye, scan.until, upward);
-            if let Some(packet) = packet {
-                walk.follow(simd, packet)?;
+        for (index, band) in scan.bands.iter().enumerate() {
+            let Some(metric) = metrics.get(usize::from(band.shift)) else { continue };
+            // Cells take the place of voxels: all is counted in them.
+            let side = f64::from(1_u32 << band.shift);
+            let group = scan.group.in_cells(side);
+            let eye = scan.eye.truncate().to_array().map(|at| at / side);
+            let height = scan.eye.z - metric.code.offset;
+            let from = if index == 0 { 0.0 } else { band.start / group.ground };
+            let is_last = index + 1 == scan.bands.len();
+            let until =
+                if is_last { scan.until / side } else { (band.end / group.ground).min(scan.until / side) };
+            let extent = CellExtent { grid, shift: band.shift, over: [from, until] };
+
+            let lanes = PlaneLanes::new(simd, &group, height, metric.spacing);
+            let mut walk = PacketWalk { metric, blocks, scan, light, coverage, lanes, floor };
+            // Few groups have planes of both senses: those about an axis.
+            for upward in [true, false] {
+                let packet = PlanePacket::new(simd, &group, extent, eye, upward);
+                if let Some(packet) = packet {
+                    walk.follow(simd, packet)?;
+                }
+            }
+
+            floor = walk.floor;
+            if !floor.rows.lt(rows).any() {
+                break;
             }
         }
 
@@ -149,7 +175,8 @@ impl<L: FacetLight> Kernel for Following<'_, '_, L> {
 
 /// Packet of planes on its way through what stands.
 struct PacketWalk<'f, 'a, L, V: Simd> {
-    march: &'f mut SpanMarch<'a>,
+    metric: &'f Metric,
+    blocks: &'f mut Blocks<'a, Lent<'a, BlockTable>>,
     scan: &'f SpanScan<'f>,
     light: &'f mut L,
     coverage: &'f mut SpanCoverage,
@@ -170,17 +197,18 @@ impl<L: FacetLight, V: Simd> PacketWalk<'_, '_, L, V> {
 
             for row in packet.rows(simd, &column) {
                 let Some(block) = packet.block(simd, &column, row) else { continue };
-                let (page, view) = self.march.blocks.page(block.cell)?;
-                let [x, y] = corner_on_page(block.cell);
-                let reach = view.block(x, y);
-                if reach.high == 0 {
+                let place = BlockPlace { at: block.cell, shift: self.metric.shift };
+                let (page, view) = self.blocks.page(place.first())?;
+                let [x, y] = corner_on_page(place.first());
+                let reach = view.reach(x, y, place.count());
+                if reach[1] == 0 {
                     continue;
                 }
 
                 let entry = self.lanes.inverse(simd, block.distances(simd)[0]);
                 let mut horizon = at_column;
                 horizon.advance(simd, block.planes, entry);
-                if self.is_hidden(simd, &reach, &block, horizon.at(simd, block.planes, entry)) {
+                if self.is_hidden(simd, reach, &block, horizon.at(simd, block.planes, entry)) {
                     continue;
                 }
                 self.cross_block(simd, page, &view, &packet, &block, horizon);
@@ -200,17 +228,23 @@ impl<L: FacetLight, V: Simd> PacketWalk<'_, '_, L, V> {
     /// Whether all that stands in a block lies below what hides it, or above what is looked at, in each plane that crosses it. `horizon`: the ground's
     /// where they enter.
     #[inline(always)]
-    fn is_hidden(&mut self, simd: V, spans: &SpanBlock, block: &BlockPassage<V>, horizon: V::F) -> bool {
+    fn is_hidden(
+        &mut self,
+        simd: V,
+        [lowest, highest]: [u16; 2],
+        block: &BlockPassage<V>,
+        horizon: V::F,
+    ) -> bool {
         let distances = block.distances(simd);
         let [near, far] = [self.lanes.inverse(simd, distances[0]), self.lanes.inverse(simd, distances[1])];
         let datum = [self.lanes.datum(distances[0]), self.lanes.datum(distances[1])];
-        let scale = simd.splat(self.march.metric.scale);
-        let high = scale * simd.splat(f32::from(spans.high));
+        let scale = simd.splat(self.metric.scale);
+        let high = scale * simd.splat(f32::from(highest));
         let high = ((datum[0] + high) * near).max((datum[1] + high) * far);
 
         let mut rises = block.planes & self.floor.tangent.lt(high) & horizon.lt(high);
-        if spans.low != Span::GROUND {
-            let low = scale * simd.splat(f32::from(spans.low));
+        if lowest != Span::GROUND {
+            let low = scale * simd.splat(f32::from(lowest));
             let low = ((datum[0] + low) * near).min((datum[1] + low) * far);
             rises = rises & low.lt(simd.splat(self.scan.field.tangents[1]));
         }
@@ -249,11 +283,13 @@ impl<L: FacetLight, V: Simd> PacketWalk<'_, '_, L, V> {
         mut horizon: FloatingHorizon<'_, V>,
     ) {
         let SpanScan { row_table, first, .. } = *self.scan;
-        let corner = corner_on_page(block.cell);
+        let at = BlockPlace { at: block.cell, shift: self.metric.shift };
+        let corner = corner_on_page(at.first());
         let (zero, half) = (simd.splat(0.0), simd.splat(0.5));
         let lanes = self.lanes;
-        let SpanMarch { metric, blocks, .. } = &mut *self.march;
-        let (metric, stands) = (&*metric, blocks.get(block.cell, view));
+        let (metric, stands) = (self.metric, self.blocks.get(at, view));
+        // Voxel in a cell that stands for it.
+        let middle = at.count() / 2;
 
         // What does not rise above a code that is linear in the major distance is hidden: `height · inverse depth ≤ floor`.
         let [from, to] = block.distances(simd);
@@ -291,7 +327,7 @@ impl<L: FacetLight, V: Simd> PacketWalk<'_, '_, L, V> {
                 let mut crossing = VoxelCrossing {
                     simd,
                     page,
-                    voxel: [corner[0] + east, corner[1] + north],
+                    voxel: [corner[0] + east * at.count() + middle, corner[1] + north * at.count() + middle],
                     metric,
                     coverage: &mut *self.coverage,
                     light: &mut *self.light,

@@ -29,6 +29,17 @@ const FAR: f32 = 1.0e9;
 /// Allowance for rounding in the range of blocks that are looked at, voxels.
 const ROUNDING: f64 = 0.05;
 
+/// Cells that planes are followed through, each of which is a voxel to them.
+#[derive(Clone, Copy)]
+pub(super) struct CellExtent<'g> {
+    /// The grid of voxels.
+    pub grid: &'g Grid,
+    /// log₂ of these along a cell.
+    pub shift: u8,
+    /// Major distances between which planes are followed, cells.
+    pub over: [f64; 2],
+}
+
 /// Planes of a group that climb in the same sense.
 #[derive(Clone, Copy)]
 pub(super) struct PlanePacket<'g, V: Simd> {
@@ -96,27 +107,26 @@ pub(super) struct VoxelPassage<V: Simd> {
 }
 
 impl<'g, V: Simd> PlanePacket<'g, V> {
-    /// Gathers the planes of a group from `eye` (units) that climb upward or downward, up to a major distance; `None` where there are none.
+    /// Gathers the planes of a group from `eye` (units, which are cells here) that climb upward or downward; `None` where there are none.
     #[inline(always)]
     pub fn new(
         simd: V,
         group: &'g PlaneGroup,
-        grid: &Grid,
+        CellExtent { grid, shift, over: [from, until] }: CellExtent<'_>,
         eye: [f64; 2],
-        until: f64,
         upward: bool,
     ) -> Option<Self> {
         let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
         let minor = simd.load(&group.minor);
         let falls = minor.lt(zero);
-        let enter = simd.load(&group.over[0]).max(simd.splat(LEAST_DISTANCE as f32));
+        let enter = simd.load(&group.over[0]).max(simd.splat(from.max(LEAST_DISTANCE) as f32));
         let leave = simd.load(&group.over[1]).min(simd.splat(until as f32));
         let planes = if upward { !falls } else { falls } & enter.lt(leave);
         if !planes.any() {
             return None;
         }
 
-        let last = [grid.nx, grid.ny].each(|side| (i64::from(side) - 1) / i64::from(BLOCK_SIDE));
+        let last = [grid.nx, grid.ny].each(|side| ((i64::from(side) - 1) >> shift) / i64::from(BLOCK_SIDE));
         let least = enter.select(planes, simd.splat(f32::INFINITY)).least();
         let greatest = leave.select(planes, zero).greatest();
 

@@ -8,7 +8,7 @@ use proptest::sample::select;
 
 use super::horizon::FloatingHorizon;
 use super::order::{MetSpan, next_of};
-use super::packet::{BlockPassage, PlanePacket, VoxelPassage};
+use super::packet::{BlockPassage, CellExtent, PlanePacket, VoxelPassage};
 use crate::raymarch::scan::{NO_SLOPE, PlaneGroup, Post, Profile, SampleLine};
 use crate::simd::{Floats, Isa, Kernel, LANES, Mask, Simd};
 use crate::voxel::{BLOCK_SIDE, Grid, Span};
@@ -86,6 +86,7 @@ impl Kernel for Following<'_> {
 
     fn run<V: Simd>(self, simd: V) -> Self::Output {
         let Scene { grid, eye, group, until } = self.0;
+        let extent = CellExtent { grid, shift: 0, over: [0.0, *until] };
         let mut crossed = <[Vec<Crossed>; LANES]>::default();
         let lanes = |values: V::F| {
             let mut lanes = [0.0; LANES];
@@ -94,7 +95,7 @@ impl Kernel for Following<'_> {
         };
 
         for upward in [true, false] {
-            let packet = PlanePacket::new(simd, group, grid, eye.to_array(), *until, upward);
+            let packet = PlanePacket::new(simd, group, extent, eye.to_array(), upward);
             let Some(packet) = packet else { continue };
             each_voxel(simd, &packet, |block, at, voxel| {
                 let place = packet.place(at[0], at[1]) as i64;
