@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use hedgehop::Error;
 use hedgehop::Size;
+use hedgehop::raymarch::{LEAST_SPAN_PIXELS, SPAN_PIXELS};
 use hedgehop::render::Engine;
 use hedgehop::simd::Isa;
 use hedgehop::subimage::TaskSize;
@@ -77,6 +78,15 @@ pub fn detail_synthesis(text: &str) -> Result<f64, String> {
             .filter(|factor| (0.0..=2.0).contains(factor))
             .ok_or_else(|| "want on, off, or a factor on its strength from 0 to 2".into()),
     }
+}
+
+/// Pixels that a voxel fills at least where what stands is seen as spans.
+pub fn far_spans(text: &str) -> Result<f64, String> {
+    let range = LEAST_SPAN_PIXELS..=16.0;
+    number(text)
+        .ok()
+        .filter(|pixels| range.contains(pixels))
+        .ok_or_else(|| format!("want pixels from {LEAST_SPAN_PIXELS} (far) to 16; {SPAN_PIXELS} is usual"))
 }
 
 /// A field of view, degrees.

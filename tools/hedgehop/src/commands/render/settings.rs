@@ -26,6 +26,7 @@ pub fn settings(args: &RenderArgs, scene: Option<&Scene>, setup: &Setup, options
         "shadows": options.shadows,
         "detail": options.detail,
         "detail_synthesis": options.detail_synthesis,
+        "far_spans_px": options.far_spans,
         "effective_earth_radius_m": options.curvature.radius(),
         "tile_world": options.tile_world,
 
