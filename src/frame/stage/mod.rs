@@ -15,10 +15,12 @@
 
 mod band;
 mod cell;
+mod edge_marks;
 mod paint;
 mod plane_image;
 mod row_detail;
 mod rows;
+mod segment_light;
 mod sky;
 mod solids;
 #[cfg(test)]

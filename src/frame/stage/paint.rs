@@ -3,7 +3,8 @@
 use glam::DVec3;
 
 use super::row_detail::{RowDetail, StretchEnds};
-use super::rows::{CHUNK, ChunkDetail, ChunkLights, GROUND, PlaneAir, PlaneLight, SegmentLights, WALL};
+use super::rows::{CHUNK, ChunkLights, PlaneAir, SegmentLights};
+use super::segment_light::{ChunkDetail, GROUND, PlaneLight, WALL};
 use crate::raymarch::scan::{NO_SLOPE, PlaneGroup, SampleLine, VisibleSegment};
 use crate::sensor::radiance::{Crossings, Deviations, ImageLine, LineSampler, PlanesAbove, TexelPlace};
 use crate::simd::{Floats, Simd};

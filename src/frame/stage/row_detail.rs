@@ -12,9 +12,9 @@
 use glam::DVec3;
 use hedgehop_texture::{CELLS_PER_VOXEL, SIDE};
 
+use super::edge_marks::RowMarks;
 use crate::detail::{FADING, GroundTile, LEAST_TOWARD, WALL_SCALE};
 use crate::raymarch::scan::PlaneGroup;
-use crate::sensor::radiance::Deviations;
 use crate::simd::{Each, Floats, Kernel, LANES, Mask, Simd};
 
 /// Cells of the tile per unit.
@@ -61,19 +61,13 @@ pub struct RowDetail {
 pub struct DetailedRow<V: Simd> {
     /// The set of instructions.
     pub simd: V,
-    /// Inverse depth in its middle, 1/metres.
-    pub inverse: V::F,
-    /// Change of it from edge to edge, 1/metres.
-    pub change: V::F,
     /// Square of range per depth.
     pub slant_squared: V::F,
     /// Tangent in its middle, and from edge to edge.
     pub tangent: f32,
     pub height: f32,
-    /// Whether there are deviations over walls.
-    pub has_walls: bool,
-    /// Relative deviations of its light.
-    pub deviations: Deviations<V>,
+    /// Surface in it.
+    pub marks: RowMarks<V>,
 }
 
 /// Look at what lies over walls in a row: few rows have it, so that it is kept out of what all do.
@@ -186,23 +180,23 @@ impl RowDetail {
     #[inline(always)]
     pub fn factor<V: Simd>(&self, simd: V, row: &DetailedRow<V>) -> Option<V::F> {
         let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
-        let depth = row.inverse.max(simd.splat(LEAST_INVERSE)).recip();
+        let depth = row.marks.inverse.max(simd.splat(LEAST_INVERSE)).recip();
         let [major, minor] = self.per_depth.each_ref().each(|per_depth| simd.load(per_depth) * depth);
 
         // Squares of the footprint along and across, as shares of the squared distance and in cells.
-        let change = (row.change * depth).abs().min(simd.splat(MOST_CHANGE));
+        let change = (row.marks.change * depth).abs().min(simd.splat(MOST_CHANGE));
         let (per_depth, per_range) = (simd.load(&self.squared_per_depth), simd.splat(self.squared_per_range));
         let distance = per_depth * depth * depth;
         let (along, across) = (change * change, row.slant_squared * per_range * per_depth.recip());
         let strength = simd.splat(self.strength);
         let mut factor = one;
-        if row.has_walls && simd.splat(LEAST_DEVIATION).lt(row.deviations.wall.abs()).any() {
+        if row.marks.has_walls && simd.splat(LEAST_DEVIATION).lt(row.marks.deviations.wall.abs()).any() {
             let footprint = Footprint { depth, major, minor, width: across * distance };
             factor = wall(simd, WallLook { detail: self, row, footprint }).mul_add(strength, factor);
         }
-        let deviation = row.deviations.ground * strength * fading(simd, (along + across) * distance);
+        let deviation = row.marks.deviations.ground * strength * fading(simd, (along + across) * distance);
         if !simd.splat(LEAST_DEVIATION).lt(deviation).any() {
-            return row.has_walls.then_some(factor.max(zero));
+            return row.marks.has_walls.then_some(factor.max(zero));
         }
 
         // Of its extent along the axes.
@@ -222,13 +216,14 @@ impl RowDetail {
     fn over_walls<V: Simd>(&self, simd: V, row: &DetailedRow<V>, footprint: &Footprint<V>) -> V::F {
         let Footprint { depth, major, minor, width } = *footprint;
         let (zero, scale) = (simd.splat(0.0), simd.splat(WALL_SCALE as f32));
-        let wall = row.deviations.wall;
+        let wall = row.marks.deviations.wall;
         let over_north = zero.lt(wall);
 
         // Up: what the row spans at its depth, and by what its edges differ in depth.
         let tangent = simd.splat(row.tangent);
-        let rise =
-            (simd.splat(row.height) - tangent * row.change * depth) * depth * simd.splat(self.per_metre);
+        let rise = (simd.splat(row.height) - tangent * row.marks.change * depth)
+            * depth
+            * simd.splat(self.per_metre);
         let fading = fading(simd, rise.mul_add(rise, width));
         let up = tangent * depth * simd.splat(self.per_metre) * scale + simd.splat(self.eye_by_walls[2]);
 

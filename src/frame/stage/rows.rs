@@ -25,10 +25,11 @@
 use std::ops::Range;
 
 use super::cell::{Cell, Scale};
+use super::edge_marks::{EdgeMark, EdgeMarks, MarkedStretch};
 use super::row_detail::{DetailedRow, RowDetail};
+use super::segment_light::{COLOURS, ChunkDetail, PlaneLight};
 use super::sky::SkyRows;
 use crate::raymarch::scan::{NO_SLOPE, Profile, RowTable, VisibleSegment};
-use crate::sensor::radiance::Deviations;
 use crate::simd::{Each, Floats, Ints, Isa, Kernel, LANES, Mask, Simd, Sixteen};
 use crate::weather::AtmosphereLanes;
 use hedgehop_base::error::Result;
@@ -39,39 +40,8 @@ const LEAST_RISE: f32 = 1.0e-20;
 /// Segments of a chunk.
 pub const CHUNK: usize = LANES;
 
-/// Light that a segment sends to sixteen planes: linear light by channel, and in [`GROUND`] and [`WALL`] its relative deviations below the voxel.
-pub type PlaneLight = [Sixteen; COLOURS + 2];
-
 /// Light of the row below an edge times its height, by channel.
 type EdgeSum = [Sixteen; COLOURS];
-
-/// Surface on an edge between rows.
-#[derive(Debug, Clone, Copy, Default)]
-struct EdgeMark {
-    /// Relative deviations below the voxel, over the ground and over walls.
-    ground: Sixteen,
-    wall: Sixteen,
-    /// Inverse depth, 1/metres.
-    inverse: Sixteen,
-}
-
-/// Channels of light.
-const COLOURS: usize = 3;
-
-/// Places of the deviations over the ground and over walls behind the channels of light.
-pub const GROUND: usize = COLOURS;
-pub const WALL: usize = COLOURS + 1;
-
-/// Detail below the voxel of a chunk of segments.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum ChunkDetail {
-    /// None.
-    None,
-    /// Over the ground.
-    Ground,
-    /// Over the ground and over walls.
-    Walls,
-}
 
 /// Air that planes look through.
 #[derive(Clone, Copy)]
@@ -161,6 +131,7 @@ impl RowFill<'_> {
         if self.detail.is_some() {
             marks.resize(count, EdgeMark::default());
         }
+        let marks = EdgeMarks::new(marks);
         if plane_air.air.has_fog_or_glow() {
             isa.run(RowFilling::<_, true> { rows: self, profile, lights, plane_air, sums, marks })
         } else {
@@ -182,7 +153,7 @@ struct RowFilling<'f, 'r, L, const FOG_OR_GLOW: bool> {
     lights: L,
     plane_air: PlaneAir<'f>,
     sums: &'f mut [EdgeSum],
-    marks: &'f mut [EdgeMark],
+    marks: EdgeMarks<'f>,
 }
 
 impl<L: SegmentLights, const FOG_OR_GLOW: bool> Kernel for RowFilling<'_, '_, L, FOG_OR_GLOW> {
@@ -202,8 +173,6 @@ impl<L: SegmentLights, const FOG_OR_GLOW: bool> Kernel for RowFilling<'_, '_, L,
             sums,
             marks,
             rows,
-            detailed: 0,
-            walled: 0,
             closed: 0,
         };
         let segments = profile.segments();
@@ -284,13 +253,10 @@ struct Covering<'r, V: Simd> {
     /// 1 + a² of each plane.
     squares: V::F,
     sums: &'r mut [EdgeSum],
-    marks: &'r mut [EdgeMark],
+    marks: EdgeMarks<'r>,
     /// Tangent up to which each plane is covered, and light from the edge below up to there: light times tangent.
     covered: V::F,
     light: [V::F; COLOURS],
-    /// Edges, from the lowest, that tell of detail, and of detail over walls.
-    detailed: usize,
-    walled: usize,
     /// Rows, from the lowest, that are finished.
     closed: usize,
 }
@@ -348,7 +314,12 @@ impl<V: Simd> Covering<'_, V> {
             half_changes[channel] = change * half_per_rise;
         }
         if DETAIL {
-            self.mark(stretch, detail, rises, per_rise, span.clone());
+            let edges = self.edges.get(span.clone()).unwrap_or_default();
+            let RowStretch { lights, inverse, .. } = *stretch;
+            let (covered, span) = (self.covered, span.clone());
+            let marked =
+                MarkedStretch { edges, span, rises, covered, high, per_rise, lights, inverse, detail };
+            self.marks.mark(simd, &marked);
         }
 
         // Twice the way down from the top of the stretch to the middle of what lies between two tangents is their sum less twice the top's.
@@ -379,51 +350,6 @@ impl<V: Simd> Covering<'_, V> {
 
         self.light = light;
         self.covered = self.covered.max(passable);
-    }
-
-    /// Tells edges that a stretch covers of the surface there.
-    #[inline(always)]
-    fn mark(
-        &mut self,
-        stretch: &RowStretch<'_, V>,
-        detail: ChunkDetail,
-        rises: V::M,
-        per_rise: V::F,
-        span: Range<usize>,
-    ) {
-        let simd = self.simd;
-        let ([_, high], [near, far]) = (stretch.slopes, stretch.lights);
-        let ends = [
-            [&near[GROUND], &far[GROUND]],
-            [stretch.inverse[0], stretch.inverse[1]],
-            [&near[WALL], &far[WALL]],
-        ];
-        let [ground, inverse, wall] = ends.each(|[near, far]| {
-            let far = simd.load(&far.0);
-            (far, (far - simd.load(&near.0)) * per_rise)
-        });
-
-        // Planes that go past edges elsewhere have no detail there.
-        for mark in self.marks.get_mut(self.detailed..span.end).unwrap_or_default() {
-            *mark = EdgeMark::default();
-        }
-        self.detailed = self.detailed.max(span.end);
-        let has_walls = detail == ChunkDetail::Walls;
-        if has_walls {
-            self.walled = self.walled.max(span.end);
-        }
-
-        let edges = self.edges.get(span.clone()).unwrap_or_default();
-        let marks = self.marks.get_mut(span).unwrap_or_default();
-        for (edge, mark) in edges.iter().zip(marks) {
-            let edge = simd.splat(*edge);
-            let (passed, down) = (rises & edge.le(high) & self.covered.lt(edge), edge - high);
-            ground.1.mul_add(down, ground.0).store_masked(passed, &mut mark.ground.0);
-            inverse.1.mul_add(down, inverse.0).store_masked(passed, &mut mark.inverse.0);
-            if has_walls {
-                wall.1.mul_add(down, wall.0).store_masked(passed, &mut mark.wall.0);
-            }
-        }
     }
 
     /// Inverse depth in the middles of rows that a stretch covers.
@@ -461,9 +387,7 @@ impl<V: Simd> Covering<'_, V> {
         while self.closed < self.rows.cells.len() && self.edges[self.closed + 1] <= least {
             let (row, per_row) = (self.closed, per_rows[self.closed]);
             let mut light = mean(self.simd, &self.sums[row + 1], per_row);
-            if row + 1 < self.detailed {
-                self.add_detail(row, &mut light);
-            }
+            self.add_detail(row, &mut light);
             self.rows.scale.encode(self.simd, light, &mut self.rows.cells[row]);
             self.closed += 1;
         }
@@ -474,26 +398,15 @@ impl<V: Simd> Covering<'_, V> {
     fn add_detail(&self, row: usize, light: &mut [V::F; COLOURS]) {
         let simd = self.simd;
         let Some(detail) = &self.rows.detail else { return };
-        let Some(edges) = self.marks.get(row..).and_then(|marks| marks.first_chunk::<2>()) else { return };
-        let edges = edges.each_ref();
-        // None where one of them lies on what has none.
-        let mut deviations = Deviations::none(simd);
-        let [lower, upper] = edges.each(|edge| simd.load(&edge.ground.0));
-        deviations.ground = lower.min(upper);
-        let has_walls = row + 1 < self.walled;
-        if has_walls {
-            let [lower, upper] = edges.each(|edge| simd.load(&edge.wall.0));
-            let none = simd.splat(0.0);
-            deviations.wall = lower.max(none).min(upper.max(none)) + lower.min(none).max(upper.min(none));
-        }
+        let Some(marks) = self.marks.row(simd, row) else { return };
         let tangent = self.rows.row_table.centres[self.rows.first + row];
-        let [near, far] = edges.each(|edge| simd.load(&edge.inverse.0));
-        let inverse = (near + far) * simd.splat(0.5);
-        let slant_squared = self.squares + simd.splat(tangent * tangent);
-        let change = far - near;
-        let height = self.edges[row + 1] - self.edges[row];
-        let row =
-            DetailedRow { simd, inverse, change, slant_squared, tangent, height, has_walls, deviations };
+        let row = DetailedRow {
+            simd,
+            slant_squared: self.squares + simd.splat(tangent * tangent),
+            tangent,
+            height: self.edges[row + 1] - self.edges[row],
+            marks,
+        };
         if let Some(factor) = detail.factor(simd, &row) {
             for light in light {
                 *light = *light * factor;

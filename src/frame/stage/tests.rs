@@ -6,7 +6,8 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 
 use super::cell::{Cell, Scale};
-use super::rows::{ChunkDetail, ChunkLights, GROUND, PlaneLight, SegmentLights, WALL};
+use super::rows::{ChunkLights, SegmentLights};
+use super::segment_light::{ChunkDetail, GROUND, PlaneLight, WALL};
 use super::{DetailView, EdgeSums, PlaneAir, RowDetail, RowFill};
 use crate::raymarch::scan::{
     NO_SLOPE, PlaneGroup, Post, Profile, RowCoordinate, RowTable, SampleLine, VisibleSegment,
