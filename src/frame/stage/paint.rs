@@ -115,10 +115,10 @@ impl<V: Simd, const FOG_OR_GLOW: bool> ChunkLights for Painted<'_, '_, '_, V, FO
             let seen = air.haze::<V, FOG_OR_GLOW>(simd, colour, slant * depth, slope * depth);
             if is_detailed {
                 let share = air.ground_share::<V, FOG_OR_GLOW>(simd, seen, slant * depth, slope * depth);
-                deviations = Deviations { ground: deviations.ground * share, wall: deviations.wall * share };
-                let has_walls = self.crossings.has_walls(&place);
-                seen_detail =
-                    seen_detail.max(if has_walls { ChunkDetail::Walls } else { ChunkDetail::Ground });
+                deviations.ground = deviations.ground * share;
+                deviations.wall = deviations.wall * share;
+                let own = if deviations.has_walls { ChunkDetail::Walls } else { ChunkDetail::Ground };
+                seen_detail = seen_detail.max(own);
             }
             for (channel, seen) in seen.into_iter().enumerate() {
                 seen.store(&mut light[channel].0);
@@ -184,6 +184,7 @@ impl<V: Simd, const FOG_OR_GLOW: bool> Painted<'_, '_, '_, V, FOG_OR_GLOW> {
         if DETAIL {
             rough.ground = (rough.ground - rough_before.ground).mul_add(share, rough_before.ground);
             rough.wall = (rough.wall - rough_before.wall).mul_add(share, rough_before.wall);
+            rough.has_walls |= rough_before.has_walls;
         }
         Ok((colour, rough))
     }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::RadiancePages;
 use super::cache::LineStrip;
 use super::facing::{Facing, STEEPER};
-use super::lines::{LineFilter, LineImage};
+use super::lines::{LineFilter, LineImage, NO_WALL};
 use super::texels::{
     Deviations, clipped, code_between, codes_near, over_ground, over_walls, radiance, words, words_near,
 };
@@ -265,12 +265,6 @@ impl<V: Simd> Crossings<'_, '_, V> {
         self.runs.get(place.run as usize).is_some_and(|run| run.has_detail)
     }
 
-    /// Whether some of it lies over walls.
-    #[inline(always)]
-    pub fn has_walls(&self, place: &TexelPlace) -> bool {
-        self.runs.get(place.run as usize).is_some_and(|run| run.has_walls)
-    }
-
     /// The run of a place, and places of the planes among its texels.
     #[inline(always)]
     fn texels(&self, place: &TexelPlace, distance: V::F) -> Option<(&TexelRun, V::F)> {
@@ -303,8 +297,9 @@ impl<V: Simd> Crossings<'_, '_, V> {
         let Some((near, limit)) = run.near(place) else {
             let within = place.within as usize;
             deviations.ground = run.wide_deviation::<V, false>(simd, at, within);
+            deviations.has_walls = run.has_walls;
             if run.has_walls {
-                deviations.wall = run.walls(simd, place, at);
+                deviations.wall = run.wide_walls(simd, at, within);
             }
             return (run.wide(simd, at, within), deviations);
         };
@@ -315,7 +310,9 @@ impl<V: Simd> Crossings<'_, '_, V> {
         }
         if run.has_walls
             && let Some(codes) = run.near_codes::<true>(place)
+            && codes != &[NO_WALL; 2 * LANES]
         {
+            deviations.has_walls = true;
             deviations.wall = over_walls(simd, codes_near(simd, codes, at, place.origin));
         }
         (radiance(simd, words_near(simd, near, at, place.origin)), deviations)
@@ -377,8 +374,8 @@ impl TexelRun {
     /// Reads deviations over walls: few places have them, so that it is kept out of what all do.
     #[cold]
     #[inline(never)]
-    fn walls<V: Simd>(&self, simd: V, place: &TexelPlace, at: V::F) -> V::F {
-        simd.call(WallCodes { simd, run: self, place, at })
+    fn wide_walls<V: Simd>(&self, simd: V, at: V::F, within: usize) -> V::F {
+        simd.call(WideWalls { simd, run: self, at, within })
     }
 
     /// Reads deviations in the same places: over the ground, or over `WALLS`.
@@ -404,27 +401,21 @@ impl TexelRun {
     }
 }
 
-/// Look at deviations over walls.
-struct WallCodes<'r, V: Simd> {
+/// Look at deviations over walls, where planes lie over several images, or far apart.
+struct WideWalls<'r, V: Simd> {
     simd: V,
     run: &'r TexelRun,
-    place: &'r TexelPlace,
-    /// Places of the planes among the texels.
+    /// Places of the planes among the texels, and the line.
     at: V::F,
+    within: usize,
 }
 
-impl<V: Simd> Kernel for WallCodes<'_, V> {
+impl<V: Simd> Kernel for WideWalls<'_, V> {
     type Output = V::F;
 
     #[inline(always)]
     fn run<S: Simd>(self, _: S) -> V::F {
-        let Self { simd, run, place, at } = self;
-        match run.near(place).zip(run.near_codes::<true>(place)) {
-            Some(((_, limit), codes)) => {
-                over_walls(simd, codes_near(simd, codes, clipped(simd, at, limit), place.origin))
-            }
-            None => run.wide_deviation::<V, true>(simd, at, place.within as usize),
-        }
+        self.run.wide_deviation::<V, true>(self.simd, self.at, self.within)
     }
 }
 

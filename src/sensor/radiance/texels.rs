@@ -55,13 +55,15 @@ pub struct Deviations<V: Simd> {
     pub ground: V::F,
     /// Over walls, −1…1: above 0 over (y, z), below over (x, z).
     pub wall: V::F,
+    /// Whether some of these are not 0.
+    pub has_walls: bool,
 }
 
 impl<V: Simd> Deviations<V> {
     /// None.
     #[inline(always)]
     pub fn none(simd: V) -> Self {
-        Self { ground: simd.splat(0.0), wall: simd.splat(0.0) }
+        Self { ground: simd.splat(0.0), wall: simd.splat(0.0), has_walls: false }
     }
 }
 
