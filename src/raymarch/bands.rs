@@ -25,7 +25,7 @@ pub struct LevelBands {
 /// Band of ground distance in which what stands is seen in cells of `1 << shift` voxels to a side.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SpanBand {
-    /// log₂ of voxels along a cell, at most [`COARSEST_CELLS`].
+    /// log₂ of voxels along a cell, 2 at most.
     pub shift: u8,
     /// Ground distance from which on it is seen, metres.
     pub start: f64,
@@ -36,12 +36,9 @@ pub struct SpanBand {
 /// log₂ of voxels along the coarsest cells of what stands.
 pub const COARSEST_CELLS: u8 = 2;
 
-/// Pixels that a voxel fills at least where bare ground and what stands on it is seen, unless told otherwise: there its walls, which are
-/// as wide as a voxel, are still as wide as two or three pixels at most.
-pub const SPAN_PIXELS: f64 = 2.5;
-
-/// The least that may be told: further away the finest level is not seen.
-pub const LEAST_SPAN_PIXELS: f64 = 0.25;
+/// Pixels that a voxel fills at least where bare ground and what stands on it is seen, unless told otherwise, and the least that may be told: further away the finest
+/// level is not seen.
+pub const SPAN_PIXELS: f64 = 0.25;
 
 /// Pixels that a cell of what stands fills at most, unless it is a single voxel: there what is wider than a cell, such as a house, keeps
 /// its shape to a part of a pixel.
@@ -59,7 +56,7 @@ impl LevelBands {
         Self { starts, finest, ..Self::finest_only() }
     }
 
-    /// The same with another least number of pixels that a voxel fills where bare ground and spans are seen, [`LEAST_SPAN_PIXELS`] or more; for
+    /// The same with another least number of pixels that a voxel fills where bare ground and spans are seen, [`SPAN_PIXELS`] or more; for
     /// [`Self::with_bare_ground`].
     #[must_use]
     pub fn with_span_pixels(self, span_pixels: f64) -> Self {
@@ -69,7 +66,7 @@ impl LevelBands {
     /// The same where something stands: where a voxel fills some pixels, it is bare ground and spans instead of the surface.
     #[must_use]
     pub fn with_bare_ground(self, grid: &Grid, pixel_angle: f64, clearance: f64, detail: f64) -> Self {
-        let end = detail * grid.spacing / (self.span_pixels.max(LEAST_SPAN_PIXELS) * pixel_angle);
+        let end = detail * grid.spacing / (self.span_pixels.max(SPAN_PIXELS) * pixel_angle);
         if self.finest > 0 || clearance >= end {
             return self;
         }
@@ -156,7 +153,7 @@ mod tests {
         let grid = Grid { nx: 100_000, ny: 100_000, spacing: 1.0, origin: DVec2::ZERO };
         let pixel = 1.0e-3;
         let bands = |clearance| {
-            let bands = LevelBands::new(&grid, 4, pixel, clearance, 1.0).with_span_pixels(0.25);
+            let bands = LevelBands::new(&grid, 4, pixel, clearance, 1.0);
             bands.with_bare_ground(&grid, pixel, clearance, 1.0)
         };
         let cells = |clearance| {
@@ -170,7 +167,9 @@ mod tests {
         assert_eq!((bands(3999.0).bare_until(), bands(4001.0).bare_until()), (4000.0, 0.0));
         assert!(bands(4001.0).span_bands().is_empty());
 
-        let near = LevelBands::new(&grid, 4, pixel, 0.0, 1.0).with_bare_ground(&grid, pixel, 0.0, 1.0);
+        let near = LevelBands::new(&grid, 4, pixel, 0.0, 1.0)
+            .with_span_pixels(2.5)
+            .with_bare_ground(&grid, pixel, 0.0, 1.0);
         assert_eq!(near.span_bands(), [SpanBand { shift: 0, start: 0.0, end: 400.0 }]);
     }
 

@@ -46,7 +46,7 @@ mod walk;
 #[cfg(test)]
 mod world_tests;
 
-pub use bands::{LEAST_SPAN_PIXELS, LevelBands, SPAN_PIXELS, SpanBand};
+pub use bands::{LevelBands, SPAN_PIXELS, SpanBand};
 pub(crate) use blocks::BlockTable;
 #[doc(hidden)]
 pub use column::{Column, march_column};

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use crate::earth::Curvature;
-use crate::raymarch::{LEAST_SPAN_PIXELS, SPAN_PIXELS, Surface};
+use crate::raymarch::{SPAN_PIXELS, Surface};
 use crate::sensor::VisualSensor;
 use crate::space::Camera;
 use crate::sunlight::{Brightness, Night, Shade, Shades, Sun};
@@ -31,8 +31,8 @@ pub struct RenderOptions {
     pub detail: f64,
     /// Factor on the amplitude of detail that is made up below the finest voxel, ≥ 0; 0: there is none.
     pub detail_synthesis: f64,
-    /// Pixels that a voxel fills at least where what stands on the ground is seen as spans, ≥ 0.25; further away it is part of the surface. 0.25 keeps shapes and
-    /// walls of houses wherever level 1 is seen; small frames of villages take twice as long then as with 2.5.
+    /// Pixels that a voxel fills at least where what stands on the ground is seen as spans, ≥ 0.25; further away it is part of the surface. 0.25, the default, keeps shapes and
+    /// walls of houses wherever level 1 is seen; with 2.5 they melt ten times as near, and small frames of villages take half as long.
     pub far_spans: f64,
     /// Drop of heights with ground distance; flat by default. [`Self::of`] chooses by the database.
     pub curvature: Curvature,
@@ -130,7 +130,7 @@ impl RenderOptions {
                 "detail synthesis must be 0 or more",
             ),
             (
-                self.far_spans >= LEAST_SPAN_PIXELS && self.far_spans.is_finite(),
+                self.far_spans >= SPAN_PIXELS && self.far_spans.is_finite(),
                 "far spans must end where a voxel fills 0.25 pixels or more",
             ),
             (bend.is_finite() && bend >= 0.0, "the curvature's inverse diameter must be 0 or more"),

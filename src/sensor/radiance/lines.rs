@@ -57,7 +57,7 @@ pub struct LineImage {
     pub texels: Vec<u32>,
     /// Relative deviations of light below the voxel, 65,535 to one, `[line][texel]` as texels; empty if lines have no detail.
     pub deviations: Vec<u16>,
-    /// Relative deviations over walls, 32,767 to one from [`NO_WALL`] on: above it over (y, z), below over (x, z); as deviations, empty if there are no walls.
+    /// Relative deviations over walls, 32,767 to one from 32,768 on: above it over (y, z), below over (x, z); as deviations, empty if there are no walls.
     pub walls: Vec<u16>,
     /// Texels from one line to the next: those of the part and two.
     pub row: usize,

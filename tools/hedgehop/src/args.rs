@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use hedgehop::Error;
 use hedgehop::Size;
-use hedgehop::raymarch::{LEAST_SPAN_PIXELS, SPAN_PIXELS};
+use hedgehop::raymarch::SPAN_PIXELS;
 use hedgehop::render::Engine;
 use hedgehop::simd::Isa;
 use hedgehop::subimage::TaskSize;
@@ -82,11 +82,11 @@ pub fn detail_synthesis(text: &str) -> Result<f64, String> {
 
 /// Pixels that a voxel fills at least where what stands is seen as spans.
 pub fn far_spans(text: &str) -> Result<f64, String> {
-    let range = LEAST_SPAN_PIXELS..=16.0;
+    let range = SPAN_PIXELS..=16.0;
     number(text)
         .ok()
         .filter(|pixels| range.contains(pixels))
-        .ok_or_else(|| format!("want pixels from {LEAST_SPAN_PIXELS} (far) to 16; {SPAN_PIXELS} is usual"))
+        .ok_or_else(|| format!("want pixels from {SPAN_PIXELS} (far, as usual) to 16 (near)"))
 }
 
 /// A field of view, degrees.
