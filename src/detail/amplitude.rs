@@ -81,7 +81,7 @@ impl AmplitudeScratch {
         let wide = padded + LANES;
         let origin = first - SIDE_REACH * (stride + 1);
 
-        // Of all posts that sides reach.
+        // Magnitudes of all posts that sides reach.
         magnitudes.resize(rows * wide + LANES, 0.0);
         for row in 0..rows {
             for column in (0..wide).step_by(LANES) {

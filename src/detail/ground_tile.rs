@@ -27,7 +27,7 @@ const STEPS: f64 = 32.0;
 /// Entries of a row of sums.
 const STRIDE: u32 = SIDE as u32 + 1;
 
-/// Sums of squares of a footprint's sides, in voxels, from which detail begins to fade, and beyond which there is none: averages over voxels have little left,
+/// Sums of squares of a footprint's sides, in squared voxels, from which detail begins to fade, and beyond which there is none: averages over voxels have little left,
 /// and where one pixel is as wide as that, posts are too fine for it.
 pub const FADING: [f64; 2] = [1.0, 2.6];
 

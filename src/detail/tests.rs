@@ -96,7 +96,7 @@ fn amplitudes_follow_the_imagery_and_the_material() {
     let found = deviation(&rough);
     assert!((found / wanted - 1.0).abs() < 0.15, "{found} for {wanted}");
     assert_eq!(deviation(&ground(|_, _| [120; 3])), 0.0);
-    // What is nearly white has little room: three deviations are white.
+    // Posts that are nearly white have little room: three deviations are white.
     let pale = linear_from_srgb8([235; 3])[0];
     let found = deviation(&ground(|x, y| [if chance(x, y, 5) < 0.5 { 225 } else { 245 }; 3]));
     assert!(found < 1.2 * (1.0 / pale - 1.0) / 3.0, "{found}");

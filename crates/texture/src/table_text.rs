@@ -9,7 +9,7 @@ use toml::{Table, Value};
 ///
 /// # Errors
 ///
-/// It holds what no table of settings does: dates, or arrays of tables.
+/// Dates, or arrays of tables: no table of settings has them.
 pub fn to_text(settings: &impl Serialize) -> Result<String> {
     let table = table_of(settings)?;
     let mut text = String::new();

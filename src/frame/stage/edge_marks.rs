@@ -63,7 +63,7 @@ impl<'m> EdgeMarks<'m> {
         let MarkedStretch { edges, span, rises, covered, high, per_rise, lights, inverse, detail } = stretch;
         let [near, far] = lights;
         let ends = [[&near[GROUND], &far[GROUND]], *inverse, [&near[WALL], &far[WALL]]];
-        let mut lines = [(*high, *high); 3];
+        let mut lines = [(simd.splat(0.0), simd.splat(0.0)); 3];
         for (line, [near, far]) in lines.iter_mut().zip(ends) {
             let far = simd.load(&far.0);
             *line = (far, (far - simd.load(&near.0)) * *per_rise);

@@ -199,7 +199,7 @@ impl RowDetail {
             return row.marks.has_walls.then_some(factor.max(zero));
         }
 
-        // Of its extent along the axes.
+        // Squares of its extent along the axes.
         let (major_square, minor_square) = (major * major, minor * minor);
         let squares =
             [along * major_square + across * minor_square, along * minor_square + across * major_square];

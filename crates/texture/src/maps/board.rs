@@ -170,7 +170,7 @@ mod tests {
             assert!((deviation(face) / deviation(BoardFace::SixMaps) - 3.0_f64.sqrt().recip()).abs() < 0.06);
         }
 
-        // What both leave of six maps are the two others.
+        // Six maps less both are the two others.
         for at in places() {
             let of = |face| change(&board, face, at, 1)[0];
             let [two, other, six] = [BoardFace::TwoMaps, BoardFace::OtherTwoMaps, BoardFace::SixMaps].map(of);

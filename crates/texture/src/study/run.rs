@@ -192,6 +192,8 @@ mod tests {
         let settings = small();
         let usual = shown(settings.clone());
         assert!(usual == shown(settings.clone()));
+
+        // One of each field, and of each part of a place.
         for change in [
             "database.polynomial = 0x11D",
             "database.sky = 221",

@@ -56,7 +56,7 @@ fn runway_hides_terrain_terrain_hides_ground_and_sky_is_above() {
                 let [low, _, high, _] = quad.corners;
                 (low[0]..high[0]).contains(&x) && (low[1]..high[1]).contains(&y)
             };
-            // What all four corners and the middle of a pixel agree on.
+            // Surfaces in which all four corners and the middle of a pixel lie.
             let parts =
                 [[0.0, 0.0], [-0.5, -0.5], [-0.5, 0.5], [0.5, -0.5], [0.5, 0.5]].map(|[line, column]| {
                     let part = ScreenPoint { line: at.line + line, column: at.column + column };

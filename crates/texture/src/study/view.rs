@@ -161,7 +161,7 @@ mod tests {
         let (ahead, right) = (view(0.0, -10.0, 0.0), view(90.0, -10.0, 0.0));
         let at = ScreenPoint { line: 30.0, column: 50.0 };
         let [a, b] = [ahead, right].map(|view| view.ground(at).unwrap());
-        // What was ahead lies to the right.
+        // Ground that was ahead lies to the right.
         let [a, b] = [a, b].map(|place| [place[0] - 700.0, place[1] + 90.0]);
         assert!((b[0] + a[1]).abs() < 1e-9 && (b[1] - a[0]).abs() < 1e-9);
 

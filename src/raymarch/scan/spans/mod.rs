@@ -79,7 +79,7 @@ pub struct SpanScan<'f> {
 /// Follows planes through what stands in one database.
 pub struct SpanMarch<'a> {
     grid: Grid,
-    /// Of cells of each size.
+    /// Measures of cells, by log₂ of their side in voxels.
     metrics: Vec<Metric>,
     blocks: Blocks<'a, Lent<'a, BlockTable>>,
 }
