@@ -48,6 +48,8 @@ pub struct RowDetail {
     by_walls: [[f32; LANES]; 2],
     /// Cells per metre.
     per_metre: f32,
+    /// Curvature's drop per squared metre of depth, metres.
+    drop: [f32; LANES],
     /// Squared cells along the ground per squared metre of depth.
     squared_per_depth: [f32; LANES],
     /// Squared cells that a pixel is wide per squared metre of range.
@@ -134,7 +136,7 @@ impl RowDetail {
     pub fn new(group: &PlaneGroup, view: &DetailView) -> Option<Self> {
         let DetailView { eye, angle, row, spacing, strength } = *view;
         let tile = GroundTile::codes().filter(|_| strength > 0.0)?;
-        let PlaneGroup { major, forward, minor, depth, .. } = group;
+        let PlaneGroup { major, forward, minor, depth, drop, .. } = group;
         let cells = |lane: usize, units: f64| (units * CELLS / f64::from(depth[lane])) as f32;
         let per_depth: [[f32; LANES]; 2] = [
             std::array::from_fn(|lane| cells(lane, *forward)),
@@ -157,6 +159,7 @@ impl RowDetail {
                 .each(|at| (at * CELLS * WALL_SCALE).rem_euclid(SIDE as f64) as f32),
             by_walls: [by_wall(0), by_wall(1)],
             per_metre: (CELLS / spacing) as f32,
+            drop: std::array::from_fn(|lane| drop[lane] / (depth[lane] * depth[lane])),
             eye: [eye.x, eye.y].each(|at| (at * CELLS).rem_euclid(SIDE as f64) as f32),
             per_depth,
             squared_per_depth,
@@ -225,7 +228,8 @@ impl RowDetail {
             * depth
             * simd.splat(self.per_metre);
         let fading = fading(simd, rise.mul_add(rise, width));
-        let up = tangent * depth * simd.splat(self.per_metre) * scale + simd.splat(self.eye_by_walls[2]);
+        let height = (tangent + simd.load(&self.drop) * depth) * depth;
+        let up = height * simd.splat(self.per_metre) * scale + simd.splat(self.eye_by_walls[2]);
 
         let [east, north] = if self.major == 0 { [major, minor] } else { [minor, major] };
         let [east, north] =
