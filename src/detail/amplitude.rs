@@ -112,12 +112,8 @@ impl AmplitudeScratch {
                 let kinds = Along { at: own - SIDE_REACH * stride, step: stride };
                 let magnitude = calmer_side(simd, along_rows, beside, materials, kinds);
                 let root = load(simd, &roots.values, own);
-                let root = root.max(simd.splat(DARK));
-                let room =
-                    (simd.splat(1.0) / (root * root) - simd.splat(1.0)) * simd.splat(1.0 / UP_TO_WHITE);
-                let deviation = (simd.splat(PER_MAGNITUDE) * magnitude / root).min(room);
-                let deviation = deviation.min(simd.splat(MOST_DEVIATION)).max(simd.splat(0.0));
-                put(deviation, deviations, row * padded + column);
+                let deviation = simd.splat(PER_MAGNITUDE) * magnitude / root.max(simd.splat(DARK));
+                put(deviation.min(most_deviation(simd, root)), deviations, row * padded + column);
             }
         }
     }
@@ -126,6 +122,14 @@ impl AmplitudeScratch {
     pub fn padded(width: usize) -> usize {
         width.next_multiple_of(LANES)
     }
+}
+
+/// Greatest relative deviations of posts of such roots of light.
+#[inline(always)]
+pub fn most_deviation<V: Simd>(simd: V, root: V::F) -> V::F {
+    let (one, root) = (simd.splat(1.0), root.max(simd.splat(DARK)));
+    let room = (one / (root * root) - one) * simd.splat(1.0 / UP_TO_WHITE);
+    room.min(simd.splat(MOST_DEVIATION)).max(simd.splat(0.0))
 }
 
 /// Magnitude of the finest octave at sixteen posts: the root of light less the mean about it; 0 of voids. What is void, or of another material, counts as the post itself.

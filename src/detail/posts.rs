@@ -81,13 +81,14 @@ impl Kernel for DetailLook<'_, '_> {
         let area = FieldArea { first: REACH * (fields.roots.stride + 1), size };
         amplitude.find(simd, fields, area, deviations);
         *padded = AmplitudeScratch::padded(size[0]);
-        reduce(deviations, *padded, &fields.materials, area);
-
         walls.find(simd, area);
         if walls.is_any {
-            walls.split(simd, deviations, area);
+            walls.split(simd, deviations, &fields.roots, area);
             walls.average(simd, luminance, area);
+            reduce(&mut walls.deviations, *padded, &fields.materials, area);
         }
+        reduce(deviations, *padded, &fields.materials, area);
+
         keep_means(simd, luminance, area, between, kept);
         if walls.is_any {
             walls.calm(simd, luminance, area);

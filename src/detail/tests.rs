@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use super::walls::STEEP;
 use super::*;
 use crate::simd::{Floats, Isa, Kernel, LANES, Simd};
-use crate::voxel::{Grid, Material, MemPages, Metadata, PageId, PageSource, build_in_memory};
+use crate::voxel::{Attributes, Grid, Material, MemPages, Metadata, PageId, PageSource, build_in_memory};
 use hedgehop_base::colour::linear_from_srgb8;
 
 const SIDE: u32 = 40;
@@ -218,4 +218,23 @@ fn walls_are_calm_and_their_detail_lies_over_them() {
         let whole = (half.deviation.powi(2) + half.wall.powi(2)).sqrt();
         assert!(whole > 0.999 * level.deviation && half.wall > 0.1, "{half:?} for {level:?}");
     }
+}
+
+#[test]
+fn walls_of_smooth_materials_and_white_ones_are_calmer() {
+    let look = |colour: u8, material: Material| {
+        let grid = Grid { nx: SIDE, ny: SIDE, spacing: 1.0, origin: DVec2::ZERO };
+        let posts = (SIDE * SIDE) as usize;
+        let heights: Vec<_> = (0..posts).map(|post| 4.0 * (post % SIDE as usize) as f64).collect();
+        let attributes = vec![Attributes { material: material.code(), ..Attributes::default() }; posts];
+        let colours = vec![[colour; 3]; posts];
+        let source =
+            build_in_memory(grid, &heights, &colours, Some(&attributes), &Metadata::default()).unwrap();
+        at(&mut DetailBlocks::new(source.header()), &source, DVec2::splat(20.5)).wall
+    };
+    let (rock, pale) = (look(120, Material::Rock), linear_from_srgb8([245; 3])[0]);
+    assert!((rock - 0.15).abs() < 1e-6, "{rock}");
+    assert!((look(120, Material::Concrete) - 0.5 * rock).abs() < 1e-6);
+    assert!((look(245, Material::Rock) - (1.0 / pale - 1.0) / 3.0).abs() < 1e-4);
+    assert_eq!(look(255, Material::Rock), 0.0);
 }

@@ -9,6 +9,7 @@
 //!
 //! One voxel of imagery stands for all of a wall's height above it. What differs from voxel to voxel would hang down the wall in stripes.
 
+use super::amplitude::most_deviation;
 use super::field::{FieldArea, PostField, load, put};
 use crate::simd::{Floats, LANES, Mask, Simd};
 
@@ -30,7 +31,7 @@ pub const WALL_SCALE: f64 = 1.0 / 3.0;
 /// Least square of the share of a view's way over the ground that is taken to go straight at a wall.
 pub const LEAST_TOWARD: f32 = 0.02;
 
-/// Least relative deviation of light on walls: rock is rough, whatever its colour from above.
+/// Least relative deviation of light on walls, before materials have their share and where white leaves room: rock is rough, whatever its colour from above.
 const LEAST_OF_WALLS: f32 = 0.15;
 
 /// Steepness of posts, and what follows from it; memory that is used again and again.
@@ -136,9 +137,10 @@ impl Walls {
         }
     }
 
-    /// Takes that part of an area's relative deviations that lies over walls out of `deviations`, which are in rows of whole lanes.
+    /// Takes that part of an area's relative deviations that lies over walls out of `deviations`, which are in rows of whole lanes, of posts of such `roots` of
+    /// light.
     #[inline(always)]
-    pub fn split<V: Simd>(&mut self, simd: V, deviations: &mut [f32], area: FieldArea) {
+    pub fn split<V: Simd>(&mut self, simd: V, deviations: &mut [f32], roots: &PostField, area: FieldArea) {
         let Self { heights, shares, deviations: walls, .. } = self;
         let FieldArea { first, size: [width, height] } = area;
         let padded = width.next_multiple_of(LANES);
@@ -150,7 +152,9 @@ impl Walls {
                 let share = load(simd, &shares.values, at);
                 let deviation = load(simd, deviations, own);
                 let [east, north] = slopes(simd, heights, at);
-                let wall = deviation.max(simd.splat(LEAST_OF_WALLS)) * share.sqrt();
+                let least =
+                    simd.splat(LEAST_OF_WALLS).min(most_deviation(simd, load(simd, &roots.values, at)));
+                let wall = deviation.max(least) * share.sqrt();
                 let faces_east = (north * north).le(east * east);
                 put(wall.select(faces_east, zero - wall), walls, own);
                 put(deviation * (one - share).sqrt(), deviations, own);
