@@ -15,7 +15,7 @@ use hedgehop_texture::{CELLS_PER_VOXEL, SIDE};
 use super::edge_marks::RowMarks;
 use crate::detail::{FADING, GroundTile, LEAST_TOWARD, WALL_SCALE};
 use crate::raymarch::scan::PlaneGroup;
-use crate::simd::{Each, Floats, Kernel, LANES, Mask, Simd};
+use crate::simd::{Each, Floats, LANES, Mask, Simd};
 
 /// Cells of the tile per unit.
 const CELLS: f64 = CELLS_PER_VOXEL as f64;
@@ -61,8 +61,6 @@ pub struct RowDetail {
 
 /// Row of planes that asks for detail.
 pub struct DetailedRow<V: Simd> {
-    /// The set of instructions.
-    pub simd: V,
     /// Square of range per depth.
     pub slant_squared: V::F,
     /// Tangent in its middle, and from edge to edge.
@@ -70,29 +68,6 @@ pub struct DetailedRow<V: Simd> {
     pub height: f32,
     /// Surface in it.
     pub marks: RowMarks<V>,
-}
-
-/// Look at what lies over walls in a row: few rows have it, so that it is kept out of what all do.
-struct WallLook<'d, 'r, V: Simd> {
-    detail: &'d RowDetail,
-    row: &'r DetailedRow<V>,
-    footprint: Footprint<V>,
-}
-
-impl<V: Simd> Kernel for WallLook<'_, '_, V> {
-    type Output = V::F;
-
-    #[inline(always)]
-    fn run<S: Simd>(self, _: S) -> V::F {
-        self.detail.over_walls(self.row.simd, self.row, &self.footprint)
-    }
-}
-
-/// Looks at what lies over walls.
-#[cold]
-#[inline(never)]
-fn wall<V: Simd>(simd: V, look: WallLook<'_, '_, V>) -> V::F {
-    simd.call(look)
 }
 
 /// Place and width of a row of planes.
@@ -195,7 +170,7 @@ impl RowDetail {
         let mut factor = one;
         if row.marks.has_walls && simd.splat(LEAST_DEVIATION).lt(row.marks.deviations.wall.abs()).any() {
             let footprint = Footprint { depth, major, minor, width: across * distance };
-            factor = wall(simd, WallLook { detail: self, row, footprint }).mul_add(strength, factor);
+            factor = self.over_walls(simd, row, &footprint).mul_add(strength, factor);
         }
         let deviation = row.marks.deviations.ground * strength * fading(simd, (along + across) * distance);
         if !simd.splat(LEAST_DEVIATION).lt(deviation).any() {

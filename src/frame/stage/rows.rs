@@ -401,7 +401,6 @@ impl<V: Simd> Covering<'_, V> {
         let Some(marks) = self.marks.row(simd, row) else { return };
         let tangent = self.rows.row_table.centres[self.rows.first + row];
         let row = DetailedRow {
-            simd,
             slant_squared: self.squares + simd.splat(tangent * tangent),
             tangent,
             height: self.edges[row + 1] - self.edges[row],

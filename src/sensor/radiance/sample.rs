@@ -9,7 +9,7 @@ use super::lines::{LineFilter, LineImage, NO_WALL};
 use super::texels::{
     Deviations, clipped, code_between, codes_near, over_ground, over_walls, radiance, words, words_near,
 };
-use crate::simd::{Each, Floats, Kernel, LANES, Simd};
+use crate::simd::{Each, Floats, LANES, Simd};
 use crate::voxel::{BARE, Grid, PAGE_SIDE, PageId};
 use hedgehop_base::error::Result;
 
@@ -299,7 +299,7 @@ impl<V: Simd> Crossings<'_, '_, V> {
             deviations.ground = run.wide_deviation::<V, false>(simd, at, within);
             deviations.has_walls = run.has_walls;
             if run.has_walls {
-                deviations.wall = run.wide_walls(simd, at, within);
+                deviations.wall = run.wide_deviation::<V, true>(simd, at, within);
             }
             return (run.wide(simd, at, within), deviations);
         };
@@ -371,13 +371,6 @@ impl TexelRun {
         colour
     }
 
-    /// Reads deviations over walls: few places have them, so that it is kept out of what all do.
-    #[cold]
-    #[inline(never)]
-    fn wide_walls<V: Simd>(&self, simd: V, at: V::F, within: usize) -> V::F {
-        simd.call(WideWalls { simd, run: self, at, within })
-    }
-
     /// Reads deviations in the same places: over the ground, or over `WALLS`.
     #[inline(always)]
     fn wide_deviation<V: Simd, const WALLS: bool>(&self, simd: V, at: V::F, within: usize) -> V::F {
@@ -398,24 +391,6 @@ impl TexelRun {
             found = if part == 0 { here } else { here.select(later, found) };
         }
         found
-    }
-}
-
-/// Look at deviations over walls, where planes lie over several images, or far apart.
-struct WideWalls<'r, V: Simd> {
-    simd: V,
-    run: &'r TexelRun,
-    /// Places of the planes among the texels, and the line.
-    at: V::F,
-    within: usize,
-}
-
-impl<V: Simd> Kernel for WideWalls<'_, V> {
-    type Output = V::F;
-
-    #[inline(always)]
-    fn run<S: Simd>(self, _: S) -> V::F {
-        self.run.wide_deviation::<V, true>(self.simd, self.at, self.within)
     }
 }
 
