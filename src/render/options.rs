@@ -32,7 +32,7 @@ pub struct RenderOptions {
     /// Factor on the amplitude of detail that is made up below the finest voxel, ≥ 0; 0: there is none.
     pub detail_synthesis: f64,
     /// Pixels that a voxel fills at least where what stands on the ground is seen as spans, ≥ 0.25; further away it is part of the surface. 0.25, the default, keeps shapes and
-    /// walls of houses wherever level 1 is seen; with 2.5 they melt ten times as near, and small frames of villages take half as long.
+    /// walls of houses wherever level 1 is seen; with 2.5 they melt ten times as near, and frames of villages take half to two thirds as long.
     pub far_spans: f64,
     /// Drop of heights with ground distance; flat by default. [`Self::of`] chooses by the database.
     pub curvature: Curvature,

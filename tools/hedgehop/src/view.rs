@@ -118,7 +118,7 @@ pub struct LookArgs {
     #[arg(long, value_name = "on|off|FACTOR", value_parser = args::detail_synthesis, default_value = "on")]
     pub detail_synthesis: f64,
 
-    /// Pixels that a voxel fills at least where houses and trees keep shapes and walls, from 0.25 on: with 2.5 they melt far off, in half the time
+    /// Pixels that a voxel fills at least where houses and trees keep shapes and walls, from 0.25 on: with 2.5 they melt far off, in half to two thirds of the time
     #[arg(long, value_name = "PIXELS", value_parser = args::far_spans, allow_negative_numbers = true, default_value_t = SPAN_PIXELS)]
     pub far_spans: f64,
 }
