@@ -5,7 +5,8 @@ use std::collections::HashMap;
 use glam::Vec3;
 
 use super::field::VOID_POST;
-use super::posts::{DETAIL_MARGIN, DETAIL_RING, DetailPosts, DetailSource, height_step};
+use super::measure::DetailMeasure;
+use super::posts::{DETAIL_MARGIN, DETAIL_RING, DetailPosts, DetailSource};
 use crate::voxel::{Header, PageId, PageView};
 
 /// Posts along a side of a block.
@@ -37,20 +38,19 @@ pub struct PostCell {
 /// Posts with detail about the places that were asked for last.
 #[derive(Debug)]
 pub struct DetailBlocks {
-    /// Step of height codes, in sides of a voxel.
-    height_step: f32,
+    measure: DetailMeasure,
     blocks: HashMap<(PageId, [u32; 2]), DetailPosts>,
 }
 
 impl DetailBlocks {
     /// None yet, of a database with such a header.
     pub fn new(header: &Header) -> Self {
-        Self { height_step: height_step(header), blocks: HashMap::new() }
+        Self { measure: DetailMeasure::of(header), blocks: HashMap::new() }
     }
 
     /// Finds colour and amplitude at a place of a page, linear between posts.
     pub fn at(&mut self, id: PageId, view: &PageView<'_>, cell: PostCell) -> DetailedColour {
-        let height_step = self.height_step;
+        let measure = &self.measure;
         let block = cell.post.map(|post| post.max(0) as u32 / SIDE);
         if self.blocks.len() >= MOST && !self.blocks.contains_key(&(id, block)) {
             self.blocks.clear();
@@ -59,7 +59,7 @@ impl DetailBlocks {
             let first = block.map(|index| index * SIDE);
             let size = [view.width - first[0], view.height - first[1]].map(|left| left.min(SIDE));
             let mut posts = DetailPosts::default();
-            posts.look_best(DetailSource { view: *view, first, size, height_step });
+            posts.look_best(DetailSource { view: *view, first, size, measure });
             posts
         });
 

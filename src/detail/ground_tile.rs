@@ -1,22 +1,18 @@
 //! The tile of hidden octaves that lies over the ground, and its mean over a pixel's footprint.
 //!
 //! ```text
-//! four octaves of cyclic codes → n, standard deviation 1
+//! pattern, lit by the sun      → n, standard deviation 1
 //! light over its mean          → (1 + n/3)² over its own mean, less 1     roots of light vary evenly, light is never negative
 //! less means over voxels       → tile
 //! ```
 //!
 //! A footprint is a parallelogram on the ground; the box with the same second moments along the grid's axes stands for it, whose mean is exact.
 
-use std::sync::LazyLock;
-
 use glam::DVec2;
-use hedgehop_texture::{CELLS_PER_VOXEL, CellBox, Cells, SIDE, Tile, XorPattern, broad_band};
+use hedgehop_texture::{CELLS_PER_VOXEL, CellBox, Cells, SIDE, Tile};
 
 use crate::simd::{Each, Floats, Ints, Simd};
-
-/// Octaves that fit between a voxel's side and a cell's.
-const OCTAVES: u64 = 4;
+use hedgehop_base::error::Result;
 
 /// Deviation of roots of light, relative to their mean, that the tile's skewness is right for.
 const SKEW: f64 = 1.0 / 3.0;
@@ -47,6 +43,13 @@ fn halfword(sum: i32) -> Option<u16> {
     i16::try_from(sum).ok().map(|sum| sum as u16)
 }
 
+/// Sums of a tile, each with the one north of it; `None` where one is too great.
+fn paired(tile: &Tile) -> Option<Vec<u32>> {
+    let (southern, northern) = (tile.sums(), tile.sums().get(STRIDE as usize..)?);
+    let pair = |(&south, &north)| Some(u32::from(halfword(south)?) | u32::from(halfword(north)?) << 16);
+    southern.iter().zip(northern).map(pair).collect()
+}
+
 /// A coordinate among sums: the entry below it, and the share of the way to the next.
 #[derive(Clone, Copy)]
 struct SumPlace<V: Simd> {
@@ -54,23 +57,23 @@ struct SumPlace<V: Simd> {
     share: V::F,
 }
 
-/// The tile that all pictures have.
-static CODES: LazyLock<Option<GroundTile>> = LazyLock::new(|| {
-    let octaves: Vec<Cells> = (0..OCTAVES).map(|octave| XorPattern::seeded(octave).cells()).collect();
-    let band = broad_band(&octaves);
-    let unit = 1.0 / band.deviation();
-    let light = band.joined(&band, |value, _| (1.0 + SKEW * unit * value).max(0.0).powi(2));
-    let tile = Tile::with_steps(&light, STEPS).ok()?;
-    let (southern, northern) = (tile.sums(), tile.sums().get(STRIDE as usize..)?);
-    let pair = |(&south, &north)| Some(u32::from(halfword(south)?) | u32::from(halfword(north)?) << 16);
-    let sums = southern.iter().zip(northern).map(pair).collect::<Option<_>>()?;
-    Some(GroundTile { tile, sums })
-});
-
 impl GroundTile {
-    /// Returns the tile made of cyclic codes.
-    pub fn codes() -> Option<&'static Self> {
-        CODES.as_ref()
+    /// Makes the tile of a pattern.
+    ///
+    /// # Errors
+    /// Nothing is left of the pattern without its means over voxels.
+    pub fn new(pattern: &Cells) -> Result<Self> {
+        let (mean, unit) = (pattern.mean(), 1.0 / pattern.deviation());
+        let light = pattern.joined(pattern, |value, _| (1.0 + SKEW * unit * (value - mean)).max(0.0).powi(2));
+        // Patterns with high peaks have fewer steps, so that sums have 16 bits.
+        let mut steps = STEPS;
+        loop {
+            let tile = Tile::with_steps(&light, steps)?;
+            if let Some(sums) = paired(&tile) {
+                return Ok(Self { tile, sums });
+            }
+            steps *= 0.5;
+        }
     }
 
     /// Share that detail has under a footprint of so many voxels along and across.

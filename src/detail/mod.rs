@@ -7,6 +7,7 @@
 //!     walls      calmed, and detail over their face instead of the ground                      walls
 //! pixels nearer than a voxel's width:
 //!     light × (1 + amplitude · mean of a repeating tile over the footprint)                    ground tile
+//!     tiles   of the pattern that a database asks for, as the sun lights it                    synthesis
 //! ```
 //!
 //! Real pictures hold about as much contrast in each octave as in the one before (measured over five, from 0.1 m to 3 m a pixel),
@@ -17,7 +18,9 @@ mod blocks;
 mod field;
 mod ground_tile;
 mod mean_keeping;
+mod measure;
 mod posts;
+mod synthesis;
 #[cfg(test)]
 mod tests;
 mod walls;
@@ -25,5 +28,7 @@ mod walls;
 pub use amplitude::MOST_DEVIATION;
 pub use blocks::{DetailBlocks, DetailedColour, PostCell};
 pub use ground_tile::{FADING, GroundTile};
-pub use posts::{DETAIL_MARGIN, DETAIL_RING, DetailPosts, DetailSource, height_step};
+pub use measure::DetailMeasure;
+pub use posts::{DETAIL_MARGIN, DETAIL_RING, DetailPosts, DetailSource};
+pub use synthesis::{DetailTiles, Synthesis};
 pub use walls::{LEAST_TOWARD, WALL_SCALE};

@@ -1,11 +1,12 @@
 //! Posts of a part of a page with what detail needs of them.
 
-use super::amplitude::{AMPLITUDE_REACH, AmplitudeFields, AmplitudeScratch, material_factor};
+use super::amplitude::{AMPLITUDE_REACH, AmplitudeFields, AmplitudeScratch};
 use super::field::{FieldArea, PostField, VOID_POST, load};
 use super::mean_keeping::{KEEPING_REACH, keep_means};
+use super::measure::DetailMeasure;
 use super::walls::{WALL_REACH, Walls};
 use crate::simd::{Floats, Ints, Isa, Kernel, LANES, Simd};
-use crate::voxel::{APRON, Header, HeightCode, Material, PageView};
+use crate::voxel::{APRON, HeightCode, PageView};
 use hedgehop_base::colour::{LUMINANCE, linear_of_codes};
 
 /// Posts around a part whose colours keep means and which have amplitudes: as many as interpolation takes.
@@ -32,8 +33,8 @@ pub struct DetailSource<'v> {
     pub first: [u32; 2],
     /// Posts of the part, eastward and northward.
     pub size: [u32; 2],
-    /// Step of height codes, in sides of a voxel.
-    pub height_step: f32,
+    /// Numbers of its database.
+    pub measure: &'v DetailMeasure,
 }
 
 /// Colours and amplitudes of a part's posts and of those around it; memory for them that is used again and again.
@@ -85,9 +86,9 @@ impl Kernel for DetailLook<'_, '_> {
         if walls.is_any {
             walls.split(simd, deviations, &fields.roots, area);
             walls.average(simd, luminance, area);
-            reduce(&mut walls.deviations, *padded, &fields.materials, area);
+            reduce(&mut walls.deviations, *padded, source.measure, &fields.materials, area);
         }
-        reduce(deviations, *padded, &fields.materials, area);
+        reduce(deviations, *padded, source.measure, &fields.materials, area);
 
         keep_means(simd, luminance, area, between, kept);
         if walls.is_any {
@@ -134,7 +135,7 @@ impl DetailPosts {
                 let codes = simd.load_triples(&some(bytes, 3 * post));
                 let height = simd.load_shorts(&some(view.heights, post));
                 let none = height.eq(simd.splat_int(i32::from(HeightCode::EMPTY)));
-                let height = height.to_float() * simd.splat(source.height_step);
+                let height = height.to_float() * simd.splat(source.measure.height_step);
                 let channels = [codes & low, codes.shr::<8>() & low, codes.shr::<16>()];
                 let mut luminance = simd.splat(0.0);
                 for (channel, code) in channels.into_iter().enumerate() {
@@ -234,18 +235,19 @@ fn brighten<V: Simd>(
 }
 
 /// Multiplies deviations of an area's posts by the factors of their materials.
-fn reduce(deviations: &mut [f32], padded: usize, materials: &PostField, area: FieldArea) {
+fn reduce(
+    deviations: &mut [f32],
+    padded: usize,
+    measure: &DetailMeasure,
+    materials: &PostField,
+    area: FieldArea,
+) {
     for (y, row) in deviations.chunks_exact_mut(padded).take(area.size[1]).enumerate() {
         let kinds = &materials.values[area.first + y * materials.stride..];
         for (deviation, &kind) in row.iter_mut().zip(kinds).take(area.size[0]) {
-            *deviation *= material_factor(Material::of_code(kind as u8));
+            *deviation *= measure.factor(kind as u8);
         }
     }
-}
-
-/// Step of a database's height codes, in sides of a voxel of the finest level.
-pub fn height_step(header: &Header) -> f32 {
-    (header.heights.scale / header.grid.spacing) as f32
 }
 
 /// Copies elements from an index on; beyond the end they are 0.

@@ -6,10 +6,18 @@ use proptest::prelude::*;
 use super::walls::STEEP;
 use super::*;
 use crate::simd::{Floats, Isa, Kernel, LANES, Simd};
-use crate::voxel::{Attributes, Grid, Material, MemPages, Metadata, PageId, PageSource, build_in_memory};
+use crate::sunlight::Sun;
+use crate::voxel::{
+    Attributes, DetailRecord, Grid, Material, MemPages, Metadata, PageId, PageSource, build_in_memory,
+};
 use hedgehop_base::colour::linear_from_srgb8;
 
 const SIDE: u32 = 40;
+
+/// Tiles of a database that asks for nothing, under a sun of the morning.
+fn usual() -> std::sync::Arc<DetailTiles> {
+    DetailTiles::of(&DetailRecord::default(), Sun::default()).unwrap()
+}
 
 /// Level ground of the colours that `colour` gives posts.
 fn ground(colour: impl Fn(i64, i64) -> [u8; 3]) -> MemPages {
@@ -119,7 +127,8 @@ impl Kernel for Means {
 
     #[inline(always)]
     fn run<V: Simd>(self, simd: V) -> Self::Output {
-        let tile = GroundTile::codes().expect("a tile");
+        let tiles = usual();
+        let tile = &tiles.ground;
         let mut means = [0.0; LANES];
         let [centre, squares] = [self.0, self.1].map(|axes| axes.map(|lanes| simd.load(&lanes)));
         tile.means(simd, centre, squares).store(&mut means);
@@ -129,7 +138,8 @@ impl Kernel for Means {
 
 #[test]
 fn voxels_have_no_mean_of_the_tile() {
-    let tile = GroundTile::codes().expect("a tile");
+    let tiles = usual();
+    let tile = &tiles.ground;
     let unit = DVec2::splat((1.0 - 1.0 / 225.0_f64).sqrt());
     for (x, y) in (-20..20).flat_map(|x| (-20..20).map(move |y| (x, y))) {
         // Its side with a cell more is that of a voxel.
@@ -140,7 +150,8 @@ fn voxels_have_no_mean_of_the_tile() {
 
 #[test]
 fn the_tile_varies_by_one_and_is_hardly_ever_darker_than_black() {
-    let tile = GroundTile::codes().expect("a tile");
+    let tiles = usual();
+    let tile = &tiles.ground;
     let (mut sum, mut black) = (0.0, 0.0);
     for (x, y) in (0..255).flat_map(|x| (0..255).map(move |y| (x, y))) {
         let place = (DVec2::new(f64::from(x), f64::from(y)) + 0.5) / 15.0;
@@ -157,7 +168,8 @@ proptest! {
     fn sixteen_means_are_those_of_one_box(
         x in -400.0_f64..400.0, y in -400.0_f64..400.0, wide in 0.0_f64..4.0, high in 0.0_f64..4.0,
     ) {
-        let tile = GroundTile::codes().expect("a tile");
+        let tiles = usual();
+        let tile = &tiles.ground;
         let lanes = |value: f64, step: f64| -> [f32; LANES] { std::array::from_fn(|lane| (value + step * lane as f64) as f32) };
         let (centre, sides) = ([lanes(15.0 * x, 3.7), lanes(15.0 * y, -1.3)], [wide, high]);
         let squares = sides.map(|side| lanes((15.0 * side).powi(2), 2.0));

@@ -14,7 +14,9 @@
 use glam::{DVec2, DVec3, Vec2, Vec3};
 
 use super::{Contact, Face, GridRay, PageCursor, SolidHit};
-use crate::detail::{DetailBlocks, DetailedColour, GroundTile, LEAST_TOWARD, PostCell, WALL_SCALE};
+use crate::detail::{
+    DetailBlocks, DetailedColour, GroundTile, LEAST_TOWARD, PostCell, Synthesis, WALL_SCALE,
+};
 use crate::space::Footprint;
 use crate::sunlight::{ShadeSampler, Shades};
 use crate::voxel::{Attributes, Grid, PageSource, RADIX};
@@ -56,8 +58,8 @@ pub struct SurfaceFilter<'a> {
     shade: Option<ShadeSampler<'a>>,
     /// Detail of the finest level's posts.
     detail: DetailBlocks,
-    /// Factor on the amplitude of what lies below its voxels.
-    detail_synthesis: f64,
+    /// Pattern below its voxels.
+    synthesis: Option<&'a Synthesis>,
 }
 
 /// Level indices that enclose a footprint, and the share of the coarser one.
@@ -102,7 +104,7 @@ impl<'a> SurfaceFilter<'a> {
             source,
             shade: None,
             detail: DetailBlocks::new(header),
-            detail_synthesis: 0.0,
+            synthesis: None,
         }
     }
 
@@ -111,9 +113,9 @@ impl<'a> SurfaceFilter<'a> {
         Self { shade: shades.map(ShadeSampler::new), ..self }
     }
 
-    /// The same with detail below the finest voxel, of so many times the amplitude that imagery has.
-    pub fn detailed(self, detail_synthesis: f64) -> Self {
-        Self { detail_synthesis, ..self }
+    /// The same with detail below the finest voxel.
+    pub fn detailed(self, synthesis: Option<&'a Synthesis>) -> Self {
+        Self { synthesis, ..self }
     }
 
     /// The same over the area repeated without end.
@@ -162,7 +164,7 @@ impl<'a> SurfaceFilter<'a> {
         let way = direction.truncate().normalize_or(DVec2::X);
         let along = width * normal.z / normal.dot(direction).abs().max(LEAST_SINE);
 
-        let (Some(tile), true) = (GroundTile::codes(), blend.fine == 0 && self.detail_synthesis > 0.0) else {
+        let Some(Synthesis { tiles, strength }) = self.synthesis.filter(|_| blend.fine == 0) else {
             return Ok(1.0);
         };
         let over_ground = GroundTile::fading(DVec2::new(along, width));
@@ -174,8 +176,9 @@ impl<'a> SurfaceFilter<'a> {
         let deviations = self.mean(units, footprint, |filter, units| filter.deviations(units))?;
         let squares = way * way * (along * along) + way.perp() * way.perp() * (width * width);
         // The tile begins anew where an area that repeats does.
-        let mut more =
-            f64::from(deviations.x) * over_ground * tile.mean(self.within(units), squares.map(f64::sqrt));
+        let mut more = f64::from(deviations.x)
+            * over_ground
+            * tiles.ground.mean(self.within(units), squares.map(f64::sqrt));
 
         // Over (y, z) or (x, z).
         if deviations.y != 0.0 {
@@ -183,11 +186,11 @@ impl<'a> SurfaceFilter<'a> {
             let toward = way[1 - axis].powi(2).max(f64::from(LEAST_TOWARD)).sqrt();
             let place = DVec2::new(self.within(units)[axis], ray.at(contact.range).z / self.grid.spacing);
             let sides = DVec2::new(width / toward, rise);
-            let mean = tile.mean(place * WALL_SCALE, sides * WALL_SCALE);
+            let mean = tiles.walls.mean(place * WALL_SCALE, sides * WALL_SCALE);
             more += f64::from(deviations.y.abs()) * over_walls * mean;
         }
 
-        Ok((1.0 + self.detail_synthesis * more).max(0.0) as f32)
+        Ok((1.0 + strength * more).max(0.0) as f32)
     }
 
     /// Relative deviations of light below the finest voxel at a position in units, over the ground and over walls as [`DetailedColour`] tells them; 0 where its

@@ -81,7 +81,9 @@ pub fn render_reference(
 ) -> Result<Rendered> {
     options.check(camera)?;
     let shades = options.shades(source.header(), renderer::SHADES);
-    let rendered = reference::render(source, camera, options, shades.as_ref(), farm);
+    let synthesis = options.synthesis(source.header())?;
+    let light = reference::GroundLight { shades: shades.as_ref(), synthesis: synthesis.as_ref() };
+    let rendered = reference::render(source, camera, options, light, farm);
     source.intact()?;
     rendered
 }

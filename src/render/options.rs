@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use crate::detail::Synthesis;
 use crate::earth::Curvature;
 use crate::raymarch::{SPAN_PIXELS, Surface};
 use crate::sensor::VisualSensor;
@@ -96,6 +97,15 @@ impl RenderOptions {
     /// Returns the brightness of the hour's light.
     pub fn brightness(&self) -> Brightness {
         Brightness::new(self.sun, self.night.lux)
+    }
+
+    /// Finds the detail below the finest voxels of a database with this header; `None`: there is none. Blocks are voxels as they are.
+    ///
+    /// # Errors
+    /// The pattern that the database asks for has nothing below the voxel.
+    pub(super) fn synthesis(&self, header: &Header) -> Result<Option<Synthesis>> {
+        let factor = if self.surface == Surface::Blocks { 0.0 } else { self.detail_synthesis };
+        Synthesis::of(header, factor, self.sun)
     }
 
     /// Returns the shadows over a database with this header, within a budget in bytes; `None`: nothing lies in shadow.

@@ -327,6 +327,7 @@ fn see(
     let unpainted = Mutex::new(Unpainted::default());
 
     let bounds = renderer.shared.bounds.get_or_init(|| BoundPyramid::new(renderer.source));
+    let synthesis = renderer.synthesis()?;
     // What a worker looked up serves all of its tasks.
     let worker = |waits: bool| {
         let light = RadiancePages::new(renderer.source, &renderer.lit.radiance);
@@ -357,14 +358,10 @@ fn see(
         let squares = view.shape.squares(*index);
         let angle = view.shape.plane_angle(*index, pixel_angle);
         air.face(group);
-        let detail_view = DetailView {
-            eye: view.eye,
-            angle: pixel_angle,
-            row: row_table.least_row[0],
-            spacing: header.grid.spacing,
-            strength: renderer.options.detail_synthesis,
-        };
-        let detail = RowDetail::new(group, &detail_view);
+        let detail = synthesis.map(|synthesis| {
+            let (eye, row, spacing) = (view.eye, row_table.least_row[0], header.grid.spacing);
+            RowDetail::new(group, &DetailView { synthesis, eye, angle: pixel_angle, row, spacing })
+        });
         let mut depths = depths.of(kept.filled.clone());
         let rows = RowFill {
             row_table: &row_table,

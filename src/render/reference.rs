@@ -7,14 +7,24 @@ use glam::Vec3;
 use super::account::{Account, Rays, Rendered, StageTimes};
 use super::limits::{far_limit, level_bands};
 use super::options::RenderOptions;
+use crate::detail::Synthesis;
 use crate::frame::Frame;
-use crate::raymarch::{Contact, Marcher, Surface, SurfaceFilter, SurfaceSample, march_column};
+use crate::raymarch::{Contact, Marcher, SurfaceFilter, SurfaceSample, march_column};
 use crate::space::Camera;
 use crate::subimage::{Farm, Subimage};
 use crate::sunlight::Shades;
 use crate::voxel::PageSource;
 use crate::weather::Atmosphere;
 use hedgehop_base::error::Result;
+
+/// Shadows and detail on the ground.
+#[derive(Clone, Copy, Default)]
+pub(super) struct GroundLight<'l> {
+    /// `None`: nothing lies in shadow.
+    pub(super) shades: Option<&'l Shades>,
+    /// `None`: there is no detail below the voxel.
+    pub(super) synthesis: Option<&'l Synthesis>,
+}
 
 /// Pixels of one subimage, `[column][row]`.
 struct SubimagePixels {
@@ -48,11 +58,11 @@ pub(super) fn render(
     source: &dyn PageSource,
     camera: &Camera,
     options: &RenderOptions,
-    shades: Option<&Shades>,
+    light: GroundLight<'_>,
     farm: &Farm,
 ) -> Result<Rendered> {
     let subimages =
-        farm.render(camera.width, |subimage| render_subimage(source, camera, options, shades, subimage))?;
+        farm.render(camera.width, |subimage| render_subimage(source, camera, options, light, subimage))?;
     let mut times = StageTimes {
         march: subimages.iter().map(|subimage| subimage.march).sum(),
         shade: subimages.iter().map(|subimage| subimage.shade).sum(),
@@ -73,15 +83,14 @@ fn render_subimage(
     source: &dyn PageSource,
     camera: &Camera,
     options: &RenderOptions,
-    shades: Option<&Shades>,
+    light: GroundLight<'_>,
     subimage: Subimage,
 ) -> Result<SubimagePixels> {
     let columns = subimage.first_column..subimage.first_column + subimage.columns;
     let started = Instant::now();
     let header = source.header();
     let mut marcher = marcher(source, camera, options);
-    // Blocks are voxels as they are.
-    let synthesis = if options.surface == Surface::Blocks { 0.0 } else { options.detail_synthesis };
+    let GroundLight { shades, synthesis } = light;
     let mut filter = SurfaceFilter::new(source, camera.footprint()).shaded(shades).detailed(synthesis);
     if options.tile_world {
         filter = filter.endless();

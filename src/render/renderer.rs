@@ -8,6 +8,7 @@ use super::options::{Engine, RenderOptions};
 use super::plane_image::PlaneImage;
 use super::plane_view::LastScreen;
 use crate::cache::Used;
+use crate::detail::Synthesis;
 use crate::frame::Picture;
 use crate::frame::stage::EdgeSums;
 use crate::raymarch::BlockTable;
@@ -18,6 +19,7 @@ use crate::simd::Isa;
 use crate::sunlight::{Night, Sky};
 use crate::voxel::{Header, PageSource};
 use crate::weather::clouds::{CloudDensities, CloudField};
+use hedgehop_base::error::Result;
 
 /// One part of so many of the memory for what is computed from pages holds heights, the others light: light takes longer, and paint that
 /// may have to be read again.
@@ -68,6 +70,7 @@ pub(super) struct LitState {
     pub(super) radiance: Radiance,
     pub(super) clouds: OnceLock<CloudField>,
     pub(super) facets: Facets,
+    synthesis: OnceLock<Option<Synthesis>>,
 }
 
 impl SharedState {
@@ -90,7 +93,7 @@ impl LitState {
                     .shaded(options.shades(header, shaded))
             }
         };
-        Self { radiance, clouds: OnceLock::new(), facets: Facets::new(sensor) }
+        Self { radiance, clouds: OnceLock::new(), facets: Facets::new(sensor), synthesis: OnceLock::new() }
     }
 }
 
@@ -159,6 +162,18 @@ impl<'a> Renderer<'a> {
     #[must_use]
     pub fn moving(&self, velocity: DVec3) -> Self {
         Self { velocity, ..self.over(self.source) }
+    }
+
+    /// Returns the detail below the finest voxel under the sun of the options; `None`: there is none.
+    ///
+    /// # Errors
+    /// The pattern that the database asks for has nothing below the voxel.
+    pub(super) fn synthesis(&self) -> Result<Option<&Synthesis>> {
+        if let Some(found) = self.lit.synthesis.get() {
+            return Ok(found.as_ref());
+        }
+        let made = self.options.synthesis(self.source.header())?;
+        Ok(self.lit.synthesis.get_or_init(|| made).as_ref())
     }
 
     /// Takes back the memory of a picture that nobody needs any more, for a later one.

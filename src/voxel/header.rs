@@ -5,7 +5,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::format::METADATA_LIMIT;
-use super::{Grid, HeightCode, SharedObjects};
+use super::{DetailRecord, Grid, HeightCode, SharedObjects};
 
 /// Identity of a database: BLAKE3 over what it says, independent of page order on disk.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
@@ -91,6 +91,9 @@ pub struct Metadata {
     /// Side of the pixels of its finest imagery, metres, where that is coarser than the finest voxels; `None` otherwise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub imagery_pixel: Option<f64>,
+    /// Detail below its finest voxels; `None`: as usual.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub detail: Option<DetailRecord>,
     /// Program and version that wrote the file.
     pub writer: String,
 }

@@ -5,7 +5,7 @@
 
 use std::ops::RangeInclusive;
 
-use super::{Grid, HeightCode, HeightRange, Metadata};
+use super::{DetailRecord, Grid, HeightCode, HeightRange, Metadata};
 
 /// Voxels of level 1 along a side of the area, at most.
 pub const MOST_VOXELS: u32 = 1 << 30;
@@ -122,6 +122,7 @@ impl Metadata {
                 u16::MAX
             ));
         }
+        self.detail.as_ref().map_or(Ok(()), DetailRecord::check)?;
         if self.materials.iter().any(|material| material.number == 0) {
             return Err("metadata: a material has number 0, which means that none is known".into());
         }

@@ -7,6 +7,7 @@ mod block_spans;
 mod bytes;
 mod coarse_spans;
 mod cut;
+mod detail_record;
 mod directory;
 mod earlier;
 mod empty;
@@ -53,6 +54,7 @@ pub use block_spans::BlockSpans;
 pub use bytes::AlignedBytes;
 #[doc(hidden)]
 pub use cut::Cut;
+pub use detail_record::DetailRecord;
 #[doc(hidden)]
 pub use directory::{Directory, ENTRY_BYTES};
 #[doc(hidden)]

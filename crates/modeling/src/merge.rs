@@ -476,6 +476,8 @@ fn difference(own: &Metadata, other: &Metadata) -> Option<&'static str> {
         Some("what heights are measured from")
     } else if own.baked_sun != other.baked_sun {
         Some("the shadows in their colours")
+    } else if own.detail != other.detail {
+        Some("the detail below their voxels")
     } else {
         None
     }

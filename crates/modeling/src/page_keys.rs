@@ -9,6 +9,7 @@ use crate::object::Objects;
 use crate::opened::Opened;
 use crate::page::Project;
 use crate::plan::Plan;
+use crate::synthetic::Synthetic;
 use crate::warp::{LevelGrid, RasterPlacement, Rect};
 use crate::{BuildOptions, NodataFill, void_fill};
 use hedgehop::voxel::{APRON, Grid, PAGE_SIDE, PageId, PageReadback, SharedObjects, finer_pages};
@@ -37,6 +38,7 @@ impl SourceKeys {
     ) -> Result<Self> {
         // Files count by what they hold, and where, how and by whom it is made does not.
         let settings = BuildOptions {
+            synthetic: Synthetic { below_voxel: None, ..options.synthetic.clone() },
             clouds: Vec::new(),
             elevation: Vec::new(),
             imagery: Vec::new(),

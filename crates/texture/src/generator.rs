@@ -2,6 +2,7 @@
 
 use hedgehop_base::chance::Random;
 use hedgehop_base::error::{Error, Result};
+use serde::{Deserialize, Serialize};
 
 use crate::cell_box::CellBox;
 use crate::cells::{Cells, SIDE};
@@ -25,7 +26,8 @@ const MAX_CODES: u32 = Superimposed::MAX_CODES as u32;
 const WAVELENGTHS: std::ops::RangeInclusive<f64> = 3.0..=30.0;
 
 /// Pattern of which a tile is made.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "pattern", rename_all = "kebab-case")]
 pub enum Generator {
     /// Three codes joined by exclusive or: white, without direction.
     White,
@@ -49,7 +51,10 @@ pub enum Generator {
     /// Six maps along axes some 30° apart.
     Maps,
     /// Sawteeth, stripes and checks of linear functions.
-    Quantity(QuantityMode),
+    Quantity {
+        /// Use of the functions.
+        mode: QuantityMode,
+    },
     /// Waves with a little of the maps.
     Waves {
         /// Length of a wave, 3 to 30 cells.
@@ -73,7 +78,7 @@ impl Generator {
         Self::Superimposed { codes: 8 },
         Self::Mosaic { lines: 8 },
         Self::Maps,
-        Self::Quantity(QuantityMode::StripesXor),
+        Self::Quantity { mode: QuantityMode::StripesXor },
         Self::Waves { wavelength: 6.0 },
         Self::Sea { codes: 4, time: 0.0 },
     ];
@@ -87,7 +92,7 @@ impl Generator {
             Self::Superimposed { .. } => "superimposed",
             Self::Mosaic { .. } => "mosaic",
             Self::Maps => "maps",
-            Self::Quantity(_) => "quantity",
+            Self::Quantity { .. } => "quantity",
             Self::Waves { .. } => "waves",
             Self::Sea { .. } => "sea",
         }
@@ -106,29 +111,50 @@ impl Generator {
         })
     }
 
+    /// Refuses a parameter that is out of its range.
+    ///
+    /// # Errors
+    ///
+    /// One is.
+    pub fn check(self) -> Result<()> {
+        match self {
+            Self::Broad { octaves } => self.check_number("octaves", octaves, MAX_OCTAVES),
+            Self::Superimposed { codes } => self.check_number("codes", codes, MAX_CODES),
+            Self::Mosaic { lines } => self.check_number("lines", lines, SIDE as u32),
+            Self::Waves { wavelength } if !WAVELENGTHS.contains(&wavelength) => {
+                Err(Error::Configuration(format!(
+                    "waves of {wavelength} cells are no texture of a tile; want {} to {}",
+                    WAVELENGTHS.start(),
+                    WAVELENGTHS.end()
+                )))
+            }
+            Self::Sea { codes, time } => {
+                self.check_number("codes", codes, MAX_CODES)?;
+                let refused =
+                    || Error::Configuration(format!("the time of a sea, {time}, is no finite number"));
+                time.is_finite().then_some(()).ok_or_else(refused)
+            }
+            Self::White | Self::Codes | Self::Maps | Self::Quantity { .. } | Self::Waves { .. } => Ok(()),
+        }
+    }
+
     /// The pattern; a seed says which of all that are alike.
     ///
     /// # Errors
     ///
     /// A parameter is out of its range.
     pub fn cells(self, seed: u64) -> Result<Cells> {
+        self.check()?;
         Ok(match self {
             Self::White => XorPattern::seeded(seed).cells(),
-            Self::Broad { octaves } => broad(self.checked("octaves", octaves, MAX_OCTAVES)?, seed),
+            Self::Broad { octaves } => broad(octaves, seed),
             Self::Codes => mosaic(SIDE, seed)?,
-            Self::Superimposed { codes } => superimposed(self.checked("codes", codes, MAX_CODES)?, seed),
-            Self::Mosaic { lines } => mosaic(self.checked("lines", lines, SIDE as u32)? as usize, seed)?,
+            Self::Superimposed { codes } => superimposed(codes, seed),
+            Self::Mosaic { lines } => mosaic(lines as usize, seed)?,
             Self::Maps => tiled_maps(seed),
-            Self::Quantity(mode) => tiled_quantity(mode, seed),
-            Self::Waves { wavelength } if WAVELENGTHS.contains(&wavelength) => tiled_waves(wavelength, seed),
-            Self::Waves { wavelength } => {
-                return Err(Error::Configuration(format!(
-                    "waves of {wavelength} cells are no texture of a tile; want {} to {}",
-                    WAVELENGTHS.start(),
-                    WAVELENGTHS.end()
-                )));
-            }
-            Self::Sea { codes, time } => sea(self.checked("codes", codes, MAX_CODES)?, time, seed),
+            Self::Quantity { mode } => tiled_quantity(mode, seed),
+            Self::Waves { wavelength } => tiled_waves(wavelength, seed),
+            Self::Sea { codes, time } => sea(codes, time, seed),
         })
     }
 
@@ -141,9 +167,9 @@ impl Generator {
         Tile::new(&self.cells(seed)?)
     }
 
-    fn checked(self, what: &str, number: u32, most: u32) -> Result<u32> {
+    fn check_number(self, what: &str, number: u32, most: u32) -> Result<()> {
         if (1..=most).contains(&number) {
-            return Ok(number);
+            return Ok(());
         }
         Err(Error::Configuration(format!(
             "the texture \"{}\" has {number} {what}; want 1 to {most}",
@@ -196,7 +222,7 @@ mod tests {
 
     #[test]
     fn every_generator_makes_tiles_of_zero_mean_over_voxels() {
-        let modes = QuantityMode::ALL.into_iter().skip(1).map(Generator::Quantity);
+        let modes = QuantityMode::ALL.into_iter().skip(1).map(|mode| Generator::Quantity { mode });
         for generator in Generator::ALL.into_iter().chain(modes) {
             let [cells, other] = [0, 7].map(|seed| generator.cells(seed).unwrap());
             assert_ne!(cells, other, "{generator:?}");
@@ -226,7 +252,7 @@ mod tests {
             (Generator::Waves { wavelength: 1.0 }, "want 3 to 30"),
             (Generator::Waves { wavelength: f64::NAN }, "want 3 to 30"),
             (Generator::Sea { codes: 1, time: f64::NAN }, "no finite number"),
-            (Generator::Quantity(QuantityMode::Inhibited), "nothing is left"),
+            (Generator::Quantity { mode: QuantityMode::Inhibited }, "nothing is left"),
         ] {
             let error = generator.tile(0).unwrap_err().to_string();
             assert!(error.contains(words), "{error}");

@@ -15,6 +15,7 @@
 //! | `classes`, `bands` | classes of land, and how sensors see them |
 //! | `study` | pictures, flights and settings of the study |
 //! | `cells`, `octaves`, `tile`, `rounding`, `generator` | tiles, and what they are made of |
+//! | `fourier`, `micro_relief` | frequencies of patterns; relief that the sun lights |
 //!
 //! Sources: the study of cyclic codes for surface texture that the Air Force Human Resources Laboratory ran
 //! on ACTES (author and year unknown to us), for codes, their averages and estimators; Bunker and Ferris 1977
@@ -27,9 +28,11 @@ mod classes;
 mod code;
 mod estimate;
 mod footprint;
+mod fourier;
 mod generator;
 mod levels;
 mod maps;
+mod micro_relief;
 mod octaves;
 mod pattern;
 mod pixel_tone;
@@ -65,6 +68,7 @@ pub use maps::{
     BoardFace, FaceAxes, LinearFunction, MapMaterial, QuantityMode, QuantityTexture, Sinusoid, SixMaps,
     TestBoard, ZoneTable,
 };
+pub use micro_relief::MicroRelief;
 pub use octaves::broad_band;
 pub use pattern::{Direction, Strand, XorPattern};
 pub use pixel_tone::{Averaging, PixelTones};

@@ -1,6 +1,7 @@
 //! Power of a pattern by frequency, direction and shift, for tests.
 
 use crate::cells::{Cells, SIDE};
+use crate::fourier::{Phasors, signed};
 
 /// Octaves that are told apart, finest first: ¼ to ½ cycle a cell, and so on.
 const OCTAVES: usize = 4;
@@ -13,8 +14,8 @@ pub struct Spectrum {
 impl Spectrum {
     pub fn of(cells: &Cells) -> Self {
         let mean = cells.mean();
-        let real = cells.values().iter().map(|value| value - mean).collect();
-        let [real, imaginary] = transform([real, vec![0.0; SIDE * SIDE]]);
+        let values = cells.values().iter().map(|value| value - mean).collect();
+        let Phasors { real, imaginary } = Phasors::of_real(values).frequencies();
         Self { power: real.iter().zip(&imaginary).map(|(re, im)| re * re + im * im).collect() }
     }
 
@@ -51,7 +52,7 @@ impl Spectrum {
 
     /// Correlation of the pattern with itself, shifted by whole cells, row by row.
     pub fn correlations(&self) -> Vec<f64> {
-        let [real, _] = transform([self.power.clone(), vec![0.0; SIDE * SIDE]]);
+        let real = Phasors::of_real(self.power.clone()).frequencies().real;
         real.iter().map(|value| value / real[0]).collect()
     }
 
@@ -70,7 +71,6 @@ impl Spectrum {
 
     /// Directions, degrees 0 to 180, and powers of an octave's frequencies.
     fn of_octave(&self, octave: usize) -> impl Iterator<Item = (f64, f64)> {
-        let signed = |place: usize| if place > SIDE / 2 { place as f64 - SIDE as f64 } else { place as f64 };
         let range = 0.5_f64.powi(octave as i32 + 2)..0.5_f64.powi(octave as i32 + 1);
         self.power.iter().enumerate().filter_map(move |(number, &power)| {
             let (x, y) = (signed(number % SIDE) / SIDE as f64, signed(number / SIDE) / SIDE as f64);
@@ -82,37 +82,4 @@ impl Spectrum {
 fn mean(values: impl Iterator<Item = f64>) -> f64 {
     let (sum, count) = values.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
     sum / count
-}
-
-/// Fourier transform along rows, then columns: real and imaginary parts.
-fn transform(parts: [Vec<f64>; 2]) -> [Vec<f64>; 2] {
-    transposed(along_rows(transposed(along_rows(parts))))
-}
-
-fn transposed(parts: [Vec<f64>; 2]) -> [Vec<f64>; 2] {
-    parts.map(|part| (0..SIDE * SIDE).map(|number| part[number % SIDE * SIDE + number / SIDE]).collect())
-}
-
-fn along_rows([real, imaginary]: [Vec<f64>; 2]) -> [Vec<f64>; 2] {
-    let angle = |place: usize| place as f64 / SIDE as f64 * std::f64::consts::TAU;
-    let waves: Vec<[f64; 2]> = (0..SIDE).map(|place| [angle(place).cos(), -angle(place).sin()]).collect();
-    let mut answer = [vec![0.0; SIDE * SIDE], vec![0.0; SIDE * SIDE]];
-    for row in 0..SIDE {
-        let cells = row * SIDE..(row + 1) * SIDE;
-        for frequency in 0..SIDE {
-            let (mut re, mut im, mut place) = (0.0, 0.0, 0);
-            for (a, b) in real[cells.clone()].iter().zip(&imaginary[cells.clone()]) {
-                let [c, s] = waves[place];
-                re += a * c - b * s;
-                im += a * s + b * c;
-                place += frequency;
-                if place >= SIDE {
-                    place -= SIDE;
-                }
-            }
-            answer[0][cells.start + frequency] = re;
-            answer[1][cells.start + frequency] = im;
-        }
-    }
-    answer
 }

@@ -33,7 +33,7 @@ pub struct Painting<'f, 'a> {
     /// Angle between neighbouring planes, seen along the ground, radians.
     pub angle: f64,
     /// Detail below the voxel; `None`: there is none.
-    pub detail: Option<&'f RowDetail>,
+    pub detail: Option<&'f RowDetail<'f>>,
 }
 
 impl<'s, 'a> SegmentLights for Painting<'s, 'a> {
@@ -82,7 +82,7 @@ struct Painted<'f, 's, 'a, V: Simd, const FOG_OR_GLOW: bool> {
     crossings: Crossings<'s, 'a, V>,
     /// Texels of the segments that come next, which are on their way.
     places: [TexelPlace; CHUNK],
-    detail: Option<&'s RowDetail>,
+    detail: Option<&'s RowDetail<'s>>,
     /// Tangents and inverse depths of the latest segment.
     before: [V::F; 2],
 }

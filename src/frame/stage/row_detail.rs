@@ -13,7 +13,7 @@ use glam::DVec3;
 use hedgehop_texture::{CELLS_PER_VOXEL, SIDE};
 
 use super::edge_marks::RowMarks;
-use crate::detail::{FADING, GroundTile, LEAST_TOWARD, WALL_SCALE};
+use crate::detail::{DetailTiles, FADING, LEAST_TOWARD, Synthesis, WALL_SCALE};
 use crate::raymarch::scan::PlaneGroup;
 use crate::simd::{Each, Floats, LANES, Mask, Simd};
 
@@ -34,8 +34,8 @@ const LEAST_INVERSE: f32 = 1.0e-5;
 
 /// Detail on the ground that planes see.
 #[derive(Debug, Clone, Copy)]
-pub struct RowDetail {
-    tile: &'static GroundTile,
+pub struct RowDetail<'t> {
+    tiles: &'t DetailTiles,
     /// 0: planes run along x, 1: along y.
     major: usize,
     /// The eye, cells from a corner of the tile.
@@ -83,7 +83,9 @@ struct Footprint<V: Simd> {
 
 /// View in which detail is seen.
 #[derive(Debug, Clone, Copy)]
-pub struct DetailView {
+pub struct DetailView<'t> {
+    /// Detail that is seen.
+    pub synthesis: &'t Synthesis,
     /// The eye: units, units, metres.
     pub eye: DVec3,
     /// Width of pixels, radians.
@@ -92,8 +94,6 @@ pub struct DetailView {
     pub row: f32,
     /// Spacing of the grid, metres.
     pub spacing: f64,
-    /// Factor on amplitudes.
-    pub strength: f64,
 }
 
 /// Ends of a stretch of surface, the nearer one first.
@@ -106,11 +106,10 @@ pub struct StretchEnds<V: Simd> {
     pub depth: V::F,
 }
 
-impl RowDetail {
-    /// Detail for a group of planes; `None`: there is none.
-    pub fn new(group: &PlaneGroup, view: &DetailView) -> Option<Self> {
-        let DetailView { eye, angle, row, spacing, strength } = *view;
-        let tile = GroundTile::codes().filter(|_| strength > 0.0)?;
+impl<'t> RowDetail<'t> {
+    /// Detail for a group of planes.
+    pub fn new(group: &PlaneGroup, view: &DetailView<'t>) -> Self {
+        let DetailView { synthesis, eye, angle, row, spacing } = *view;
         let PlaneGroup { major, forward, minor, depth, drop, .. } = group;
         let cells = |lane: usize, units: f64| (units * CELLS / f64::from(depth[lane])) as f32;
         let per_depth: [[f32; LANES]; 2] = [
@@ -127,8 +126,8 @@ impl RowDetail {
                 square.max(LEAST_TOWARD).recip() * (WALL_SCALE * WALL_SCALE) as f32
             })
         };
-        Some(Self {
-            tile,
+        Self {
+            tiles: &synthesis.tiles,
             major: *major,
             eye_by_walls: [eye.x, eye.y, eye.z / spacing]
                 .each(|at| (at * CELLS * WALL_SCALE).rem_euclid(SIDE as f64) as f32),
@@ -140,8 +139,8 @@ impl RowDetail {
             squared_per_depth,
             squared_per_range: (angle * CELLS / spacing).powi(2) as f32,
             row,
-            strength: strength as f32,
-        })
+            strength: synthesis.strength as f32,
+        }
     }
 
     /// Whether any plane shows detail on a stretch: not where a row goes over voxels of it.
@@ -184,7 +183,7 @@ impl RowDetail {
         let [x, y] = if self.major == 0 { [major, minor] } else { [minor, major] };
         let [wide, high] = if self.major == 0 { squares } else { [squares[1], squares[0]] };
         let centre = [x + simd.splat(self.eye[0]), y + simd.splat(self.eye[1])];
-        let mean = self.tile.means(simd, centre, [wide, high]);
+        let mean = self.tiles.ground.means(simd, centre, [wide, high]);
 
         Some(deviation.mul_add(mean, factor).max(zero))
     }
@@ -213,7 +212,7 @@ impl RowDetail {
         let [over_north_wide, over_east_wide] = self.by_walls.each_ref().each(|wide| simd.load(wide));
         let wide = width * over_north_wide.select(over_north, over_east_wide);
 
-        let mean = self.tile.means(simd, [beside, up], [wide, rise * rise * scale * scale]);
+        let mean = self.tiles.walls.means(simd, [beside, up], [wide, rise * rise * scale * scale]);
         wall.abs() * fading * mean
     }
 }

@@ -93,7 +93,7 @@ pub struct RowFill<'r> {
     /// Inverse depth in the rows' middles, 1/metres, 0 for the sky; empty if nobody asks.
     pub inverse: &'r mut [Sixteen],
     /// Detail below the voxel; `None`: there is none.
-    pub detail: Option<RowDetail>,
+    pub detail: Option<RowDetail<'r>>,
 }
 
 /// Memory for what is known at edges between rows, used again for every group.

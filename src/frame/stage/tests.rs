@@ -9,11 +9,13 @@ use super::cell::{Cell, Scale};
 use super::rows::{ChunkLights, SegmentLights};
 use super::segment_light::{ChunkDetail, GROUND, PlaneLight, WALL};
 use super::{DetailView, EdgeSums, PlaneAir, RowDetail, RowFill};
+use crate::detail::{DetailTiles, Synthesis};
 use crate::raymarch::scan::{
     NO_SLOPE, PlaneGroup, Post, Profile, RowCoordinate, RowTable, SampleLine, VisibleSegment,
 };
 use crate::simd::{Floats, Ints, Isa, Kernel, LANES, Simd, Sixteen};
-use crate::voxel::Grid;
+use crate::sunlight::Sun;
+use crate::voxel::{DetailRecord, Grid};
 use crate::weather::{Atmosphere, AtmosphereLanes};
 use hedgehop_base::error::Result;
 
@@ -129,7 +131,7 @@ fn fill(
     profile: &Profile,
     lights: &[PlaneLight],
     inverse: &mut [Sixteen],
-    detail: Option<RowDetail>,
+    detail: Option<RowDetail<'_>>,
     stale: f32,
 ) -> Vec<Cell> {
     // The plane image has other rows above and below.
@@ -282,8 +284,10 @@ proptest! {
             // Detail of 0.3 at most: some rows have it, whatever was in the memory before.
             let rough: Vec<PlaneLight> = lights.iter().map(|light| with_deviation(light, 0.3)).collect();
             let eye = DVec3::new(70.0, 90.0, 100.0);
-            let view = DetailView { eye, angle: 1.0e-3, row: 1.0e-3, spacing: 1.0, strength: 1.0 };
-            let detail = RowDetail::new(&planes(), &view);
+            let tiles = DetailTiles::of(&DetailRecord::default(), Sun::default()).unwrap();
+            let synthesis = &Synthesis { tiles, strength: 1.0 };
+            let view = DetailView { synthesis, eye, angle: 1.0e-3, row: 1.0e-3, spacing: 1.0 };
+            let detail = Some(RowDetail::new(&planes(), &view));
             let [one, other] = [f32::NAN, 1.0].map(|stale| fill(isa, &edges, &profile, &rough, &mut [], detail, stale));
             prop_assert!(one == other, "{isa}: rows depend on what was in the memory");
 

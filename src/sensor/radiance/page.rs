@@ -3,7 +3,7 @@
 use super::facing::Facing;
 use super::posts::{PageLight, Posts};
 use super::window::Window;
-use crate::detail::{DetailPosts, DetailSource, height_step};
+use crate::detail::{DetailMeasure, DetailPosts, DetailSource};
 use crate::pixels::{CODE_LIMIT, ROOT_OF_BRIGHTEST};
 use crate::sensor::radiance::part::{PostPart, RING};
 use crate::simd::{Each, Floats, Ints, Isa, Kernel, LANES, Simd};
@@ -91,8 +91,8 @@ impl<M: ImageFinish> Kernel for Baking<'_, M> {
         let Some(view) = source.page(id)? else { return Ok(None) };
         let part = part.within(view.width, view.height);
         let detail = detail.map(|detail| {
-            let height_step = height_step(source.header());
-            detail.look(simd, DetailSource { view, first: part.first, size: part.size, height_step });
+            let measure = &DetailMeasure::of(source.header());
+            detail.look(simd, DetailSource { view, first: part.first, size: part.size, measure });
             &*detail
         });
         let mut posts = Posts::new(lamp, source.header(), id, view, part, facing);

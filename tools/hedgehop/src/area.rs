@@ -11,7 +11,7 @@ use crate::sharpness;
 use hedgehop::Result;
 use hedgehop::scene::Scene;
 use hedgehop::sunlight::{Observatory, Sky, SunSetting};
-use hedgehop::voxel::{CorridorRecord, Directory, Grid, Header, Metadata};
+use hedgehop::voxel::{CorridorRecord, DetailRecord, Directory, Grid, Header, Metadata};
 
 /// Finds where sun and stars stand over the middle of the area.
 pub fn sky(sun: SunSetting, header: &Header) -> Result<Sky> {
@@ -118,6 +118,16 @@ pub fn description(header: &Header) -> Result<String> {
             "shadows",
             format!("of a sun {azimuth:.1}° from grid north and {elevation:.1}° high, in the colours"),
         );
+    }
+
+    if let Some(detail) = &metadata.detail {
+        let DetailRecord { pattern, seed, strength, relief, .. } = detail;
+        let pattern = pattern.name();
+        let sentence = match *strength > 0.0 {
+            true => format!("pattern {pattern}, seed {seed}, strength {strength}, relief {relief}"),
+            false => "none below the voxels".to_owned(),
+        };
+        row("detail", sentence);
     }
 
     for (index, note) in metadata.notes.iter().enumerate() {

@@ -95,6 +95,7 @@ impl PlannedBuild {
             corridors: options.corridors.iter().map(Corridor::record).collect(),
             notes,
             imagery_pixel: fineness.coarser_pixel,
+            detail: options.synthetic.below_voxel.clone(),
             writer: concat!("hedgehop ", env!("CARGO_PKG_VERSION")).to_owned(),
             ..Metadata::default()
         })

@@ -6,6 +6,7 @@
 //! A recipe says what the flags of a build say, file by file, and stays when the command is long forgotten (Hughes 1994: the data base modelling and
 //! analysis system). Names of files count from its folder, so that a folder can be moved as it is.
 
+mod below_voxel;
 mod contents;
 mod cover;
 mod fields;

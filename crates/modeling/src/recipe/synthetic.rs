@@ -4,6 +4,7 @@ use glam::DVec2;
 use serde::Deserialize;
 use toml::Spanned;
 
+use super::below_voxel::below_voxel;
 use super::fields::Fields;
 use super::patches::patch;
 use super::values::{
@@ -15,6 +16,7 @@ use crate::recipe::contents::Lines;
 use crate::synthetic::{
     Circle, Detail, Hills, Palette, Pattern, PlateauTop, Roughness, Stop, Synthetic, Terrain, Texture,
 };
+use hedgehop::voxel::DetailRecord;
 use hedgehop_base::document::Reading;
 
 /// Reads all of them, and whether all shapes of terrain could be read; `lines` takes where they stand.
@@ -53,10 +55,12 @@ pub(super) fn synthetic(
         patches.extend(painted);
     }
 
+    let detail = root.table("detail", "[detail]").and_then(|table| detail(table, known)).unwrap_or_default();
     let synthetic = Synthetic {
         terrain: shapes,
         materials,
-        detail: root.table("detail", "[detail]").and_then(detail),
+        detail: detail.below_posts,
+        below_voxel: detail.below_voxel,
         palette: root.table("palette", "[palette]").and_then(palette),
         textures,
         patches,
@@ -207,8 +211,18 @@ enum RoughnessWord {
     Word(String),
 }
 
-/// `[detail]`: what is finer than the posts of elevation.
-fn detail(mut table: Fields<'_, '_, '_>) -> Option<Detail> {
+/// Tables of detail: of elevation, and of imagery.
+#[derive(Default)]
+struct DetailTable {
+    below_posts: Option<Detail>,
+    below_voxel: Option<DetailRecord>,
+}
+
+/// `[detail]`: what is finer than the posts of elevation, and than voxels. A table that speaks of imagery alone leaves heights as they are.
+fn detail(mut table: Fields<'_, '_, '_>, known: &Materials) -> Option<DetailTable> {
+    let of_heights =
+        !table.has("imagery") || ["seed", "roughness", "limit_m"].iter().any(|key| table.has(key));
+    let below_voxel = below_voxel(&mut table, known);
     let seed = table.seed();
     let roughness = match table.take::<RoughnessWord>("roughness") {
         None => Some(Roughness::Auto),
@@ -223,7 +237,8 @@ fn detail(mut table: Fields<'_, '_, '_>) -> Option<Detail> {
     };
     let limit_m = table.number("limit_m", AMOUNT.holds, AMOUNT.want);
     table.finish();
-    Some(Detail { seed, roughness: roughness?, limit_m })
+    let below_posts = Detail { seed, roughness: roughness?, limit_m };
+    Some(DetailTable { below_posts: of_heights.then_some(below_posts), below_voxel: below_voxel? })
 }
 
 const PATTERNS: [KindWord<Pattern>; 5] = [

@@ -3,8 +3,9 @@ use std::path::PathBuf;
 
 use super::*;
 use crate::NodataFill;
-use hedgehop::voxel::Material;
+use hedgehop::voxel::{DetailRecord, Material};
 use hedgehop_geo::VerticalDatum;
+use hedgehop_texture::Generator;
 
 mod fitting;
 mod marks;
@@ -267,6 +268,29 @@ const WRONG: &[(&str, usize, &[&str])] = &[
     ),
     ("[detail]\nroughness = \"rough\"\n", 2, &["roughness is \"auto\", or 0.2 to 0.9"]),
     ("[detail]\nseed = -1\n", 2, &["seed"]),
+    ("[detail]\nimagery = \"gras\"\n", 2, &["no texture is called \"gras\"", "\"maps\"", "or \"off\""]),
+    ("[detail]\nimagery = 3\n", 2, &["imagery is the name of a pattern", "[detail.imagery]"]),
+    ("[detail.imagery]\nstrength = 3\n", 2, &["strength must be 0 to 2"]),
+    ("[detail.imagery]\npattern = \"maps\"\noctaves = 3\n", 3, &["the pattern \"maps\" has no octaves"]),
+    ("[detail.imagery]\noctaves = 9\n", 2, &["9 octaves; want 1 to 6"]),
+    (
+        "[detail.imagery]\npattern = \"quantity\"\nmode = 16\n",
+        3,
+        &["a mode of quantities is 0 to 15, not 16"],
+    ),
+    ("[detail.imagery]\npattern = \"quantity\"\nmode = 0\n", 1, &["nothing is left of a texture pattern"]),
+    (
+        "[detail.imagery]\npattern = \"waves\"\nwavelength_voxels = 3\n",
+        3,
+        &["wavelength_voxels must be 0.2 to 2"],
+    ),
+    (
+        "[detail.imagery]\nmaterials = { grass = 5 }\n",
+        2,
+        &["the factor of grass must be a number from 0 to 4"],
+    ),
+    ("[detail.imagery]\nmaterials = { gras = 1 }\n", 2, &["there is no material \"gras\"", "did you mean"]),
+    ("[detail.imagery]\nstrenght = 1\n", 2, &["has no key `strenght`", "did you mean `strength`"]),
     (
         "[[texture]]\nkind = \"waves\"\nsize_m = 3\ncolours = [\"#123456\", \"greenish\"]\n",
         4,
@@ -280,6 +304,31 @@ const WRONG: &[(&str, usize, &[&str])] = &[
         &["slopes must be 1 to less than 90"],
     ),
 ];
+
+#[test]
+fn detail_of_imagery_is_not_that_of_heights() {
+    let site = Site::new();
+    let read = |text: &str| site.read(&format!("{MADE}{text}")).options.synthetic;
+
+    let usual = read("[detail]\n");
+    assert!(usual.detail.is_some() && usual.below_voxel.is_none());
+    let off = read("[detail]\nimagery = \"off\"\n");
+    assert_eq!((off.detail, off.below_voxel.unwrap().strength), (None, 0.0));
+    let both = read("[detail]\nseed = 3\nimagery = \"maps\"\n");
+    assert!(both.detail.is_some_and(|detail| detail.seed == 3));
+    assert_eq!(both.below_voxel, Some(DetailRecord { pattern: Generator::Maps, ..DetailRecord::default() }));
+
+    let all = "[detail.imagery]\npattern = \"waves\"\nwavelength_voxels = 0.4\nseed = 5\nstrength = 0.5\nrelief = 0\nmaterials = { grass = 2, water = 0.1 }\n";
+    let record = DetailRecord {
+        pattern: Generator::Waves { wavelength: 6.0 },
+        seed: 5,
+        strength: 0.5,
+        relief: 0.0,
+        materials: [("grass".to_owned(), 2.0), ("water".to_owned(), 0.1)].into(),
+    };
+    let read = read(all);
+    assert_eq!((read.detail, read.below_voxel), (None, Some(record)));
+}
 
 /// Ground without elevation.
 const MADE: &str = "[place]\nlocal = true\nspacing_m = 4\nbbox = [0, 0, 800, 400]\n[[terrain]]\nkind = \"plane\"\nheight_m = 7\n";

@@ -35,7 +35,7 @@ pub use texture::{Pattern, Texture};
 
 use super::tint::mix;
 use super::warp::{self, LevelGrid, Rect};
-use hedgehop::voxel::{Grid, Material, VoxelBlock};
+use hedgehop::voxel::{DetailRecord, Grid, Material, VoxelBlock};
 use hedgehop_base::colour::{linear_from_srgb8, srgb8_from_linear};
 
 /// Terrain, detail and textures of a database besides what its files hold.
@@ -47,6 +47,8 @@ pub struct Synthetic {
     pub materials: Vec<(usize, Material)>,
     /// Detail that is finer than the posts of elevation.
     pub detail: Option<Detail>,
+    /// Detail below the finest voxels, which no page holds; `None`: as usual.
+    pub below_voxel: Option<DetailRecord>,
     /// Colours of bare ground; `None`: by the program's own ramp.
     pub palette: Option<Palette>,
     /// Patterns over it, each over those before it.

@@ -14,6 +14,8 @@
 //! Bunker and Ferris name the uses (logical combinations of two stripes, sums, three functions for three
 //! primaries, bit fields that address a memory of colours, tables); which code selects which is ours.
 
+use serde::{Deserialize, Serialize};
+
 /// Linear function over the ground.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LinearFunction {
@@ -43,7 +45,8 @@ impl LinearFunction {
 }
 
 /// Use of quantities, by the four-bit code of a face or material.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(into = "u8", try_from = "u8")]
 pub enum QuantityMode {
     /// 0: no texture, full tone.
     Inhibited,
@@ -103,6 +106,21 @@ impl QuantityMode {
     /// The mode of a face code, whose four lowest bits count.
     pub fn of_code(code: u8) -> Self {
         Self::ALL[usize::from(code & 15)]
+    }
+}
+
+impl From<QuantityMode> for u8 {
+    fn from(mode: QuantityMode) -> Self {
+        mode as Self
+    }
+}
+
+impl TryFrom<u8> for QuantityMode {
+    type Error = String;
+
+    fn try_from(code: u8) -> Result<Self, String> {
+        let mode = Self::ALL.get(usize::from(code)).copied();
+        mode.ok_or_else(|| format!("a mode of quantities is 0 to 15, not {code}"))
     }
 }
 

@@ -14,7 +14,7 @@ use tempfile::TempDir;
 
 use hedgehop::memory::PageFile;
 use hedgehop::progress::{Observer, Silent};
-use hedgehop::voxel::PageSource;
+use hedgehop::voxel::{DetailRecord, PageSource};
 use hedgehop::{Error, Result};
 use hedgehop_modeling::{
     BuildOptions, BuildReport, Corridor, ElevationFile, FeatureFile, ImageryFile, NodataFill, Place, Route,
@@ -132,6 +132,17 @@ fn updated(options: &BuildOptions) -> BuildReport {
     assert!(bytes(&options.output) == whole.bytes, "the same bytes");
     assert!(is_own_work(&options.output));
     report
+}
+
+#[test]
+fn detail_below_the_voxel_makes_no_page_again() {
+    let folder = site();
+    let mut options = options(folder.path(), "a.hop");
+    updated(&options);
+    let record = DetailRecord { seed: 4, strength: 0.5, ..DetailRecord::default() };
+    options.synthetic.below_voxel = Some(record.clone());
+    assert_eq!(updated(&options).reused, PAGES);
+    assert_eq!(PageFile::open(&options.output).unwrap().header().metadata.detail, Some(record));
 }
 
 #[test]

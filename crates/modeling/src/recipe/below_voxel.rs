@@ -1,0 +1,144 @@
+//! The key `imagery` of `[detail]`: what lies below the finest voxel.
+
+use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
+
+use toml::de::DeValue;
+use toml::{Spanned, Table};
+
+use super::cover;
+use super::fields::Fields;
+use crate::Materials;
+use hedgehop::voxel::DetailRecord;
+use hedgehop_texture::{Generator, QuantityMode};
+
+/// The word for no detail at all.
+const OFF: &str = "off";
+
+/// Cells of a tile along a voxel.
+const CELLS: f64 = hedgehop_texture::CELLS_PER_VOXEL as f64;
+
+/// Wavelengths of waves, voxels.
+const WAVELENGTHS: RangeInclusive<f64> = 0.2..=2.0;
+
+/// Keys of parameters, each of which some patterns have.
+const PARAMETERS: [&str; 6] = ["octaves", "codes", "lines", "mode", "wavelength_voxels", "time"];
+
+/// Reads `imagery`: the name of a pattern, or a table with that and what else there is to say; the outer `None` is a mistake.
+pub(super) fn below_voxel(
+    detail: &mut Fields<'_, '_, '_>,
+    known: &Materials,
+) -> Option<Option<DetailRecord>> {
+    let mistakes = detail.mistakes;
+    let Some(value) = detail.value("imagery") else { return Some(None) };
+    let span = value.span();
+    if let DeValue::String(name) = value.get_ref() {
+        let named = pattern_named(name);
+        return mistakes.check(&span, named).map(Some);
+    }
+    if !matches!(value.get_ref(), DeValue::Table(_)) {
+        mistakes.add(&span, "imagery is the name of a pattern, as in imagery = \"broad\", \"off\", or a table, [detail.imagery]");
+        return None;
+    }
+    Fields::of("[detail.imagery]", value, mistakes).and_then(|table| record(table, known)).map(Some)
+}
+
+/// A record with a pattern by its name alone.
+fn pattern_named(name: &str) -> Result<DetailRecord, String> {
+    let usual = DetailRecord::default();
+    if name == OFF {
+        return Ok(DetailRecord { strength: 0.0, ..usual });
+    }
+    let pattern = Generator::named(name).map_err(|error| format!("{error}, or \"{OFF}\""))?;
+    Ok(DetailRecord { pattern, ..usual })
+}
+
+/// `[detail.imagery]`.
+fn record(mut table: Fields<'_, '_, '_>, known: &Materials) -> Option<DetailRecord> {
+    let mistakes = table.mistakes;
+    let name = table.take::<String>("pattern");
+    let usual = match &name {
+        Some(name) => mistakes.check(&name.span(), pattern_named(name.get_ref()))?,
+        None => DetailRecord::default(),
+    };
+    let pattern = parameters(&mut table, usual.pattern);
+
+    let seed = table.seed();
+    let strength = bounded(&mut table, "strength", DetailRecord::STRENGTHS, usual.strength);
+    let relief = bounded(&mut table, "relief", DetailRecord::RELIEFS, usual.relief);
+    let materials = materials(&mut table, known);
+    let span = table.span();
+    table.finish();
+
+    let record =
+        DetailRecord { pattern: pattern?, seed, strength: strength?, relief: relief?, materials: materials? };
+    // What is inhibited has nothing to show.
+    mistakes.check(&span, record.pattern.tile(seed))?;
+    Some(record)
+}
+
+/// A number within a range.
+fn bounded(
+    table: &mut Fields<'_, '_, '_>,
+    key: &'static str,
+    range: RangeInclusive<f64>,
+    otherwise: f64,
+) -> Option<f64> {
+    let Some(number) = table.take::<f64>(key) else { return Some(otherwise) };
+    let within = range.contains(number.get_ref()).then_some(*number.get_ref());
+    let wanted = || format!("{key} must be {} to {}", range.start(), range.end());
+    table.mistakes.check(&number.span(), within.ok_or_else(wanted))
+}
+
+/// Takes the parameters that a pattern has; others are mistakes.
+fn parameters(table: &mut Fields<'_, '_, '_>, pattern: Generator) -> Option<Generator> {
+    let whole = |table: &mut Fields<'_, '_, '_>, key, otherwise: u32| {
+        table.take::<u32>(key).map_or(otherwise, Spanned::into_inner)
+    };
+    let span = PARAMETERS.iter().find_map(|key| table.span_of(key)).unwrap_or_else(|| table.span());
+    let found = match pattern {
+        Generator::Broad { octaves } => Generator::Broad { octaves: whole(table, "octaves", octaves) },
+        Generator::Superimposed { codes } => Generator::Superimposed { codes: whole(table, "codes", codes) },
+        Generator::Mosaic { lines } => Generator::Mosaic { lines: whole(table, "lines", lines) },
+        Generator::Quantity { mode } => {
+            let code = table.take::<u8>("mode").map(Spanned::into_inner);
+            let mode = code.map_or(Ok(mode), QuantityMode::try_from);
+            Generator::Quantity { mode: table.mistakes.check(&span, mode)? }
+        }
+        Generator::Waves { wavelength } => {
+            let voxels = bounded(table, "wavelength_voxels", WAVELENGTHS, wavelength / CELLS)?;
+            Generator::Waves { wavelength: voxels * CELLS }
+        }
+        Generator::Sea { codes, time } => Generator::Sea {
+            codes: whole(table, "codes", codes),
+            time: table.take::<f64>("time").map_or(time, Spanned::into_inner),
+        },
+        Generator::White | Generator::Codes | Generator::Maps => pattern,
+    };
+
+    for key in PARAMETERS {
+        table.refuse(key, format!("the pattern \"{}\" has no {key}", pattern.name()));
+        drop(table.value(key));
+    }
+    table.mistakes.check(&span, found.check().map(|()| found))
+}
+
+/// Factors of materials by name.
+fn materials(table: &mut Fields<'_, '_, '_>, known: &Materials) -> Option<BTreeMap<String, f64>> {
+    let Some(given) = table.take::<Table>("materials") else { return Some(BTreeMap::new()) };
+    let span = given.span();
+    let mut factors = BTreeMap::new();
+    for (name, value) in given.into_inner() {
+        let factor = value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64));
+        let range = DetailRecord::FACTORS;
+        let Some(factor) = factor.filter(|factor| range.contains(factor)) else {
+            let what =
+                format!("the factor of {name} must be a number from {} to {}", range.start(), range.end());
+            table.mistakes.add(&span, what);
+            return None;
+        };
+        cover::named(&Spanned::new(span.clone(), name.clone()), known, table.mistakes)?;
+        factors.insert(name, factor);
+    }
+    Some(factors)
+}

@@ -1,0 +1,111 @@
+//! MicroRelief whose slopes vary as a pattern does, and how the sun lights it.
+//!
+//! ```text
+//! h(k) = d(k) / |k|                                    what is bright stands out
+//! −∂h/∂s = −i (k·s / |k|) d(k)                         s: towards the sun
+//! lit = cos φ · d − sin φ · √2 · ∂h/∂s                 in octaves as strong as those of d
+//! ```
+//!
+//! A slope along one direction has, of a pattern without direction, half of its power in every octave: hence √2. Where the sun stands low, the light of a
+//! rough surface is its slope towards it (Kube and Pentland 1988, *On the imaging of fractal surfaces*).
+
+use crate::cells::{Cells, SIDE};
+use crate::fourier::{Phasors, signed};
+
+/// A pattern, and the slopes of relief that is as rough.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MicroRelief {
+    pattern: Cells,
+    /// Fall of the surface eastward and northward, as strong as the pattern in every octave.
+    falls: [Cells; 2],
+}
+
+impl MicroRelief {
+    /// Finds the relief of a pattern, whose mean counts for nothing.
+    pub fn new(pattern: Cells) -> Self {
+        let mut waves = Phasors::of_real(pattern.values().to_vec()).frequencies();
+        for (at, (re, im)) in waves.real.iter_mut().zip(&mut waves.imaginary).enumerate() {
+            let [x, y] = [at % SIDE, at / SIDE].map(signed);
+            let length = x.hypot(y);
+            if length == 0.0 {
+                (*re, *im) = (0.0, 0.0);
+                continue;
+            }
+            // Falls are real: the eastward ones in the real part, the northward ones in the imaginary part; −i (x + i y) / |k| = (y − i x) / |k|.
+            let [a, b] = [y, -x].map(|part| std::f64::consts::SQRT_2 * part / length);
+            (*re, *im) = (*re * a - *im * b, *re * b + *im * a);
+        }
+
+        let Phasors { real, imaginary } = waves.of_frequencies();
+        let cells = |values: Vec<f64>| Cells::of(|column, row| values[row as usize * SIDE + column as usize]);
+        Self { pattern, falls: [cells(real), cells(imaginary)] }
+    }
+
+    /// The pattern itself.
+    pub fn pattern(&self) -> &Cells {
+        &self.pattern
+    }
+
+    /// The pattern under a lamp towards `direction` (east, north; its length does not count), of whose light relief changes so much, radians: 0 for none, π/2 for
+    /// relief alone.
+    pub fn lit(&self, direction: [f64; 2], share: f64) -> Cells {
+        let length = direction[0].hypot(direction[1]).max(f64::MIN_POSITIVE);
+        let (sin, cos) = share.sin_cos();
+        let [east, north] = direction.map(|part| sin * part / length);
+        let [eastward, northward] = &self.falls;
+        let fall = eastward.joined(northward, |x, y| east * x + north * y);
+        self.pattern.joined(&fall, |value, fall| cos * value + fall)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::{FRAC_PI_2, SQRT_2, TAU};
+
+    use super::*;
+    use crate::octaves::broad_band;
+    use crate::pattern::XorPattern;
+    use crate::spectrum::Spectrum;
+
+    /// A wave of so many cycles eastward and northward, at a phase.
+    fn wave([x, y]: [f64; 2], phase: f64) -> Cells {
+        Cells::of(|column, row| ((x * column as f64 + y * row as f64) / SIDE as f64 * TAU + phase).cos())
+    }
+
+    fn furthest(one: &Cells, other: &Cells) -> f64 {
+        one.values().iter().zip(other.values()).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn waves_are_bright_on_the_side_of_the_sun() {
+        // Of the crest of cos x the side in the east falls eastward: sin x is bright there.
+        for cycles in [[7.0, 0.0], [0.0, 7.0], [5.0, -12.0]] {
+            let relief = MicroRelief::new(wave(cycles, 0.0));
+            let length = f64::hypot(cycles[0], cycles[1]);
+            let lit = relief.lit(cycles, FRAC_PI_2);
+            let expected = wave(cycles, -FRAC_PI_2);
+            assert!(furthest(&lit, &expected.joined(&expected, |a, _| SQRT_2 * a)) < 1e-9, "{cycles:?}");
+            // Sunlight along the crests shows nothing.
+            let along = relief.lit([-cycles[1] / length, cycles[0] / length], FRAC_PI_2);
+            assert!(along.deviation() < 1e-9);
+            // Overhead it shows the pattern.
+            assert_eq!(furthest(&relief.lit(cycles, 0.0), relief.pattern()), 0.0);
+        }
+    }
+
+    #[test]
+    fn octaves_stay_as_strong_under_any_sun() {
+        let octaves: Vec<Cells> = (0..4).map(|seed| XorPattern::seeded(seed).cells()).collect();
+        let pattern = broad_band(&octaves);
+        let relief = MicroRelief::new(pattern.clone());
+        let before = Spectrum::of(&pattern).octave_densities();
+        for degrees in (0..360).step_by(45) {
+            let azimuth = f64::from(degrees).to_radians();
+            let lit = relief.lit([azimuth.sin(), azimuth.cos()], 0.6);
+            assert!((lit.deviation() / pattern.deviation() - 1.0).abs() < 0.03);
+            for (now, then) in Spectrum::of(&lit).octave_densities().into_iter().zip(before) {
+                assert!((10.0 * (now / then).log10()).abs() < 0.6, "{degrees}°: {now} for {then}");
+            }
+        }
+    }
+}
