@@ -155,6 +155,14 @@ impl<'a> SurfaceFilter<'a> {
         })
     }
 
+    /// Factor on the light of a pixel where `ray` ended, by what lies below the finest voxel.
+    pub fn below_finest(&mut self, ray: &GridRay, contact: &Contact) -> Result<f32> {
+        self.on_ground_of(contact, |filter| {
+            let lit = filter.lit(ray, contact)?;
+            filter.below_voxel(ray, contact, &lit)
+        })
+    }
+
     /// Factor on the light of a pixel by what lies below the finest voxel.
     fn below_voxel(&mut self, ray: &GridRay, contact: &Contact, lit: &LitContact) -> Result<f32> {
         let LitContact { blend, units, footprint, normal, .. } = *lit;

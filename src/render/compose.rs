@@ -19,7 +19,7 @@ use super::reference::GroundLight;
 use super::renderer::Renderer;
 use super::shadows::{ShadowPass, Shadows};
 use super::trails::TrailPass;
-use super::{matte, planes, reference};
+use super::{matte, planes, reference, synthesised};
 use crate::frame::{Frame, Picture};
 use crate::objects::BodyView;
 use crate::space::Camera;
@@ -106,6 +106,11 @@ impl Renderer<'_> {
         let surfaces: [&dyn Pass; 2] = [&shade, &bodies];
         for pass in surfaces {
             pass.draw(&mut canvas, farm)?;
+        }
+        if let Canvas::Frame(frame) = &mut canvas
+            && self.options.tells_synthesis
+        {
+            frame.aov.synthesis = Some(synthesised::of_frame(self, frame, farm)?);
         }
         let seen =
             canvas.frame_ranges().filter(|_| trails.has_ranges && !trails.is_empty()).map(<[f32]>::to_vec);

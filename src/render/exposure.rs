@@ -116,8 +116,8 @@ impl Renderer<'_> {
             account += rendered.account;
         }
 
-        // Shares of bodies are those of pixels at the frame's own time.
-        let aov = if self.options.matte && describes {
+        // Shares of bodies and of what is made up are those of pixels at the frame's own time.
+        let aov = if (self.options.matte || self.options.tells_synthesis) && describes {
             self.at(own.seconds).seen_with(&own.camera, (&own.scenery).into(), true, farm)?.frame.aov
         } else {
             Aov::default()

@@ -32,6 +32,7 @@ mod shown_ground;
 mod spans;
 mod sunlit;
 mod surface;
+mod synthesised;
 mod trails;
 mod unserved;
 

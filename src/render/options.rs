@@ -43,6 +43,8 @@ pub struct RenderOptions {
     pub engine: Engine,
     /// Frames say what share of each pixel bodies have ([`crate::frame::Aov::matte`]).
     pub matte: bool,
+    /// Frames say how much of each pixel's light is made up ([`crate::frame::Aov::synthesis`]).
+    pub tells_synthesis: bool,
 }
 
 /// Algorithm that finds the surface a pixel sees.
@@ -72,6 +74,7 @@ impl Default for RenderOptions {
             tile_world: false,
             engine: Engine::default(),
             matte: false,
+            tells_synthesis: false,
         }
     }
 }

@@ -6,6 +6,7 @@ use crate::raymarch::SurfaceSample;
 use crate::simd::{Floats, Simd};
 use crate::sunlight::{Daylight, Sun};
 use crate::weather::GroundCover;
+use hedgehop_base::colour::LUMINANCE;
 
 /// Shades imagery so that level ground keeps its colour, whatever the sun's elevation: photographs
 /// already hold the light of their hour.
@@ -57,18 +58,28 @@ impl VisualSensor {
         self.cover.snow > 0.0
     }
 
-    /// Reflectances of sixteen posts with the snow that their slopes hold: how far they rise eastward and northward per unit.
+    /// Reflectances of sixteen posts with the snow that their slopes hold (how far they rise eastward and northward per unit), and the shares of their luminance
+    /// that are still the ground's.
     #[inline(always)]
-    pub fn snowed<V: Simd>(&self, simd: V, [eastward, northward]: [V::F; 2], bare: [V::F; 3]) -> [V::F; 3] {
+    pub fn snowed<V: Simd>(
+        &self,
+        simd: V,
+        [eastward, northward]: [V::F; 2],
+        bare: [V::F; 3],
+    ) -> ([V::F; 3], V::F) {
         let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
         let upward = one / (eastward * eastward + northward * northward + one).sqrt();
         let holds = (upward - simd.splat(HOLDS[0])) * simd.splat(1.0 / (HOLDS[1] - HOLDS[0]));
         let share = holds.max(zero).min(one) * simd.splat(self.cover.snow as f32);
         let mut covered = bare;
+        let (mut ground, mut all) = (zero, simd.splat(f32::MIN_POSITIVE));
         for (channel, covered) in covered.iter_mut().enumerate() {
+            let weight = simd.splat(LUMINANCE.to_array()[channel]);
+            ground = covered.mul_add(weight, ground);
             *covered = (simd.splat(SNOW[channel]) - *covered).mul_add(share, *covered);
+            all = covered.mul_add(weight, all);
         }
-        covered
+        (covered, (one - share) * ground / all)
     }
 
     /// Reflectance of the ground of `sample`, with what lies on it.
@@ -102,7 +113,6 @@ impl VisualSensor {
 mod tests {
     use super::*;
     use crate::voxel::Attributes;
-    use hedgehop_base::colour::LUMINANCE;
 
     fn sample(normal: Vec3) -> SurfaceSample {
         SurfaceSample {

@@ -12,6 +12,7 @@ use hedgehop::raymarch::Surface;
 use hedgehop::render::{Engine, RenderOptions, Renderer};
 use hedgehop::subimage::Farm;
 use hedgehop::voxel::{BoundsView, Header, HeightsView, MemPages, PageId, PageSource, PageView, SpansView};
+use hedgehop::weather::{GroundCover, Weather};
 
 /// Pages of which it is known which were asked for.
 struct Watched {
@@ -93,6 +94,49 @@ fn detail_reads_the_same_pages_as_without() {
         let changed = on.1.colour.iter().zip(&off.1.colour).filter(|(on, off)| on != off).count();
         assert!(changed > 4000, "{engine:?}: {changed} pixels");
     }
+}
+
+#[test]
+fn the_channel_of_synthesis_is_the_change_of_light() {
+    let ground = hills(2.0, true);
+    for engine in [Engine::Planes, Engine::Reference] {
+        let [on, off] = [1.0, 0.0].map(|detail_synthesis| {
+            let usual = RenderOptions { engine, detail_synthesis, tells_synthesis: true, ..clear_air() };
+            see(&ground, &VIEW, &usual)
+        });
+        let told = on.aov.synthesis.as_ref().unwrap();
+        let none = off.aov.synthesis.as_ref().unwrap();
+        assert!(none.iter().all(|change| *change == 0.0));
+
+        // Planes lie up to half a pixel beside a pixel's own ray; the reference follows it.
+        let (mut off_by, mut size) = (0.0, 0.0);
+        for (pixel, told) in told.iter().enumerate() {
+            let [with, without] = [&on, &off].map(|frame| frame.colour[pixel][1]);
+            let seen = if without > 0.01 { with / without - 1.0 } else { 0.0 };
+            off_by += (seen - told).abs();
+            size += told.abs();
+        }
+        let (mean, share) = (size / told.len() as f32, off_by / size);
+        let least = if engine == Engine::Reference { 0.01 } else { 0.5 };
+        assert!(mean > 0.01 && share < least, "{engine:?}: {mean}, off by {share} of it");
+    }
+}
+
+#[test]
+fn snow_hides_what_lies_below() {
+    let ground = hills(2.0, true);
+    let change = |engine, snow| {
+        let weather = Weather { ground: GroundCover { wet: 0.0, snow }, ..Weather::default() };
+        let [on, off] = [1.0, 0.0].map(|detail_synthesis| {
+            see(&ground, &VIEW, &RenderOptions { engine, detail_synthesis, weather, ..clear_air() })
+        });
+        let light = |frame: &Frame| frame.colour.iter().map(|colour| f64::from(colour[1])).sum::<f64>();
+        let pairs = on.colour.iter().zip(&off.colour);
+        pairs.map(|(on, off)| f64::from((on[1] - off[1]).abs())).sum::<f64>() / light(&off)
+    };
+    let [bare, reference, planes] =
+        [change(Engine::Planes, 0.0), change(Engine::Reference, 0.9), change(Engine::Planes, 0.9)];
+    assert!(planes < 0.1 * bare && (planes / reference - 1.0).abs() < 0.25, "{bare} {reference} {planes}");
 }
 
 /// Mean difference of two pictures, sRGB codes.

@@ -13,8 +13,8 @@ use hedgehop::render::{Engine, RenderOptions, Renderer};
 use hedgehop::space::{Attitude, Camera, Pose};
 use hedgehop::subimage::Farm;
 use hedgehop::voxel::{
-    Arrays, BoundsView, CorridorRecord, Grid, Header, HeightRange, MaterialRecord, MemPages, Metadata,
-    PageBuffer, PageId, PageSource, PageView, SourceRecord, write_arrays,
+    Arrays, BoundsView, CorridorRecord, DetailRecord, Grid, Header, HeightRange, MaterialRecord, MemPages,
+    Metadata, PageBuffer, PageId, PageSource, PageView, SourceRecord, write_arrays,
 };
 
 const NX: u32 = 700;
@@ -42,6 +42,7 @@ fn metadata() -> Metadata {
         void_share: 0.25,
         filled_share: Some(0.125),
         empty_share: 0.0,
+        detail: Some(DetailRecord { seed: 3, ..DetailRecord::default() }),
         baked_sun: Some([120.5, 33.0]),
         imagery_pixel: Some(2.5),
         writer: "a test".into(),

@@ -28,6 +28,10 @@ pub(super) const MOTION_CONVENTIONS: &str =
 pub(super) const POSITION_CONVENTIONS: &str = "; P: metres east (X), north (Y) and up (Z) of \
      hedgehop.position_offset_m, on the map, as high as in the database over a curved Earth too, +infinity for the sky";
 
+/// Meaning of the share that is made up, where a file has it.
+pub(super) const SYNTHESIS_CONVENTIONS: &str = "; synthesis: change of light by detail below the finest voxel, relative to \
+     what imagery alone knows, before haze, 0 where there is none";
+
 /// Returns all channels of a frame, sorted by name.
 pub(super) fn channels(frame: &Frame, farm: &Farm) -> Channels {
     let float = |plane: Vec<f32>| FlatSamples::F32(plane);
@@ -64,7 +68,7 @@ pub(in crate::encode) fn by_name(channels: Vec<AnyChannel<FlatSamples>>) -> Chan
     sorted
 }
 
-/// Returns the further channels that were asked for: mattes, motion, positions, materials.
+/// Returns the further channels that were asked for: mattes, motion, positions, what is made up, materials.
 fn aov_channels(frame: &Frame) -> Vec<(String, Vec<f32>)> {
     let mut channels = frame.aov.matte.as_ref().map_or_else(Vec::new, |matte| matte.channels(frame));
     if let Some(motion) = &frame.aov.motion {
@@ -77,6 +81,9 @@ fn aov_channels(frame: &Frame) -> Vec<(String, Vec<f32>)> {
         let part = |part: usize| position.points.iter().map(|point| point[part]).collect();
         let names = ["P.X", "P.Y", "P.Z"].map(str::to_owned);
         channels.extend(names.into_iter().zip([part(0), part(1), part(2)]));
+    }
+    if let Some(synthesis) = &frame.aov.synthesis {
+        channels.push(("synthesis".to_owned(), synthesis.clone()));
     }
     if frame.aov.material {
         let mark = |id: &u32| {

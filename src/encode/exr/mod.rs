@@ -46,7 +46,9 @@ use crate::frame::{Frame, Matte};
 use crate::space::{Camera, Screen};
 use crate::subimage::{Farm, Stage};
 pub(super) use channels::by_name;
-use channels::{CHANNEL_CONVENTIONS, Channels, MOTION_CONVENTIONS, POSITION_CONVENTIONS};
+use channels::{
+    CHANNEL_CONVENTIONS, Channels, MOTION_CONVENTIONS, POSITION_CONVENTIONS, SYNTHESIS_CONVENTIONS,
+};
 use digest::{DIGEST, digest};
 use hedgehop_base::error::{Error, Result};
 use zip::Zip;
@@ -121,7 +123,8 @@ fn attributes(frame: &Frame, info: &FrameInfo, channels: &Channels) -> LayerAttr
     entries.push((DIGEST, Value::Text(digest(&texts, channels))));
     let motion = frame.aov.motion.as_ref().map_or("", |_| MOTION_CONVENTIONS);
     let position = frame.aov.position.as_ref().map_or("", |_| POSITION_CONVENTIONS);
-    let conventions = format!("{CAMERA_CONVENTIONS}; {CHANNEL_CONVENTIONS}{motion}{position}");
+    let synthesis = frame.aov.synthesis.as_ref().map_or("", |_| SYNTHESIS_CONVENTIONS);
+    let conventions = format!("{CAMERA_CONVENTIONS}; {CHANNEL_CONVENTIONS}{motion}{position}{synthesis}");
     entries.push(("hedgehop.conventions", Value::Text(conventions)));
 
     for (name, value) in entries {

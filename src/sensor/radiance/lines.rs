@@ -157,31 +157,53 @@ impl ImageFinish for LineFiltering<'_> {
         let texels = turned_if_columns(image);
         let [mut deviations, mut walls] = [Vec::new(), Vec::new()];
         if let Some(detail) = detail {
-            // Of the post in the middle of a line, and of a texel.
-            let middle = |shares: &Shares, index: usize| {
-                shares.first + shares.step / 2 + index * shares.step + DETAIL_RING - RING
-            };
-            let post = |row: usize| [middle(columns, 0), middle(rows, row)];
-            for (index, target) in image.chunks_exact_mut(columns.count).enumerate() {
-                let found = detail.deviations(post(index)).iter().step_by(columns.step);
-                for (target, &deviation) in target.iter_mut().zip(found) {
-                    *target = (deviation * DEVIATION_UNITS + 0.5) as u32;
-                }
-            }
+            let middles = Middles { rows, columns, window };
+            middles.encode(image, |post| detail.deviations(post), 0.0, DEVIATION_UNITS);
             deviations.extend(turned_if_columns(image).into_iter().map(|deviation| deviation as u16));
 
             if !detail.wall_deviations([0, 0]).is_empty() {
-                for (index, target) in image.chunks_exact_mut(columns.count).enumerate() {
-                    let found = detail.wall_deviations(post(index)).iter().step_by(columns.step);
-                    for (target, &deviation) in target.iter_mut().zip(found) {
-                        *target = (deviation * WALL_UNITS + (f32::from(NO_WALL) + 0.5)) as u32;
-                    }
-                }
+                middles.encode(image, |post| detail.wall_deviations(post), f32::from(NO_WALL), WALL_UNITS);
                 walls.extend(turned_if_columns(image).into_iter().map(|deviation| deviation as u16));
             }
         }
 
         LineImage { texels, deviations, walls, row }
+    }
+}
+
+/// Posts in the middles of lines and texels, whose deviations stand for theirs.
+struct Middles<'m> {
+    rows: &'m Shares,
+    columns: &'m Shares,
+    window: &'m Window,
+}
+
+impl Middles<'_> {
+    /// Writes codes `zero` + `units` · deviation of each into an image; `deviations` are those of a post and of the posts behind it, counted from the first of
+    /// the detail's ring. Snow hides its share of them.
+    fn encode<'d>(
+        &self,
+        image: &mut [u32],
+        deviations: impl Fn([usize; 2]) -> &'d [f32],
+        zero: f32,
+        units: f32,
+    ) {
+        let Self { rows, columns, window } = self;
+        let middle = |shares: &Shares, index: usize| shares.first + shares.step / 2 + index * shares.step;
+        let column = middle(columns, 0);
+        for (index, target) in image.chunks_exact_mut(columns.count).enumerate() {
+            let row = middle(rows, index);
+            let found = deviations([column, row].each(|at: usize| at + DETAIL_RING - RING));
+            let found = found.iter().step_by(columns.step).zip(target.iter_mut());
+            let bare = window.row(row).bare;
+            if bare.is_empty() {
+                found.for_each(|(deviation, target)| *target = (deviation * units + (zero + 0.5)) as u32);
+                continue;
+            }
+            for ((deviation, target), share) in found.zip(bare[column..].iter().step_by(columns.step)) {
+                *target = (deviation * share * units + (zero + 0.5)) as u32;
+            }
+        }
     }
 }
 

@@ -52,6 +52,8 @@ pub struct PostRows<'t> {
     pub light: [&'t mut [f32]; 3],
     /// Weight of each post: how much of it is seen.
     pub weights: &'t mut [f32],
+    /// Share of each post's luminance that is the ground's and not that of snow.
+    pub bare: &'t mut [f32],
 }
 
 /// A part of a page's posts under a lamp, and those around it. All that a post needs is in the page.
@@ -116,7 +118,7 @@ impl<'a> Posts<'a> {
     #[inline(always)]
     pub fn row<V: Simd>(&self, simd: V, y: usize, target: PostRows<'_>) -> bool {
         let along = if self.is_last(1, y) { 2.0 * self.half_step } else { self.half_step };
-        let PostRows { light: [red, green, blue], weights } = target;
+        let PostRows { light: [red, green, blue], weights, bare } = target;
         let [zero, void] = [0.0, VOID].each(|value| simd.splat(value));
         let columns = self.lit[0].clone();
         let mut has_voids = false;
@@ -128,7 +130,9 @@ impl<'a> Posts<'a> {
             let (light, weight) = self.light(simd, [x, y], slopes);
             let mut colour = self.linear(simd, [x, y]);
             if self.lamp.sensor.has_snow() {
-                colour = self.lamp.sensor.snowed(simd, slopes, colour);
+                let share;
+                (colour, share) = self.lamp.sensor.snowed(simd, slopes, colour);
+                store(share, bare, x - columns.start);
             }
 
             let first = x - columns.start;
@@ -141,6 +145,11 @@ impl<'a> Posts<'a> {
         }
 
         has_voids
+    }
+
+    /// Whether snow may lie on them.
+    pub fn has_snow(&self) -> bool {
+        self.lamp.sensor.has_snow()
     }
 
     /// Whether the area ends at a post.

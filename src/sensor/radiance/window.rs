@@ -21,6 +21,9 @@ pub struct Window {
     planes: [Vec<f32>; 3],
     /// Weight of each post: how much of it is seen.
     weights: Vec<f32>,
+    /// Share of each post's luminance that is the ground's, where there is snow.
+    bare: Vec<f32>,
+    has_snow: bool,
     stride: usize,
     rows: usize,
 }
@@ -32,6 +35,8 @@ pub struct WindowRow<'w> {
     pub light: [&'w [f32]; 3],
     /// Weight of each post: how much of it is seen.
     pub weights: &'w [f32],
+    /// Share of each post's luminance that is the ground's; empty: there is no snow.
+    pub bare: &'w [f32],
 }
 
 /// Posts around the ring.
@@ -41,6 +46,7 @@ impl Window {
     /// Lights a part, and what its voids take their light from. What was lit before is forgotten.
     #[inline(always)]
     pub fn light<V: Simd>(&mut self, simd: V, posts: &Posts<'_>) {
+        self.has_snow = posts.has_snow();
         [self.stride, self.rows] = [0, 1].each(|axis: usize| posts.part[axis].len());
         let (stride, length) = (self.stride, self.stride * self.rows + LANES);
         self.all().for_each(|plane| plane.resize(length, 0.0));
@@ -52,7 +58,8 @@ impl Window {
         for y in lit.clone() {
             let first = y * stride + columns.start;
             let light = self.planes.each_mut().each(|plane| &mut plane[first..]);
-            let target = PostRows { light, weights: &mut self.weights[first..] };
+            let (weights, bare) = (&mut self.weights[first..], &mut self.bare[first..]);
+            let target = PostRows { light, weights, bare };
             has_voids |= posts.row(simd, y + posts.part[1].start, target);
         }
         self.repeat([columns, lit]);
@@ -80,7 +87,7 @@ impl Window {
     }
 
     fn all(&mut self) -> impl Iterator<Item = &mut Vec<f32>> {
-        self.planes.iter_mut().chain([&mut self.weights])
+        self.planes.iter_mut().chain([&mut self.weights, &mut self.bare])
     }
 
     /// A row of the part and [`RING`] around it.
@@ -90,6 +97,7 @@ impl Window {
         WindowRow {
             light: self.planes.each_ref().each(|plane| &plane[first..]),
             weights: &self.weights[first..],
+            bare: if self.has_snow { &self.bare[first..] } else { &[] },
         }
     }
 

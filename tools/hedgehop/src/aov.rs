@@ -1,4 +1,4 @@
-//! Further channels of EXR frames: mattes of objects, motion vectors, positions, materials.
+//! Further channels of EXR frames: mattes of objects, motion vectors, positions, materials, what is made up.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -27,10 +27,13 @@ const POSITION_BYTES: u64 = 12;
 /// Bytes of memory that colours of materials take per pixel.
 const MATERIAL_BYTES: u64 = 12;
 
+/// Bytes of memory that changes by detail take per pixel.
+const SYNTHESIS_BYTES: u64 = 8;
+
 /// Flags of the channels that EXR frames have besides the usual ones.
 #[derive(Debug, Clone, Default, Args)]
 pub struct AovArgs {
-    /// Further channels of EXR frames, with commas between: cryptomatte (who covers how much of each pixel), motion (pixels until the next frame), position (metres on the map), material (a colour for each)
+    /// Further channels of EXR frames, with commas between: cryptomatte (who covers how much of each pixel), motion (pixels until the next frame), position (metres on the map), material (a colour for each), synthesis (how much of the light is made up)
     #[arg(long, value_enum, value_name = "LIST", value_delimiter = ',')]
     pub aov: Vec<AovKind>,
 }
@@ -46,6 +49,8 @@ pub enum AovKind {
     Position,
     /// Material of the ground, a colour for each, `material.R`, `.G`, `.B`
     Material,
+    /// Change of light by detail below the voxel, `synthesis`
+    Synthesis,
 }
 
 /// Properties of a kind of further channels.
@@ -64,6 +69,7 @@ impl AovKind {
             Self::Motion => AovFacts { name: "motion", pixel_bytes: MOTION_BYTES },
             Self::Position => AovFacts { name: "position", pixel_bytes: POSITION_BYTES },
             Self::Material => AovFacts { name: "material", pixel_bytes: MATERIAL_BYTES },
+            Self::Synthesis => AovFacts { name: "synthesis", pixel_bytes: SYNTHESIS_BYTES },
         }
     }
 }

@@ -114,6 +114,7 @@ pub fn render_options(
     let look = RenderOptions {
         engine: args.instructions.engine(),
         matte: args.aov.has(AovKind::Cryptomatte),
+        tells_synthesis: args.aov.has(AovKind::Synthesis),
         ..args.look.options(scene, header)?
     };
     let options = args.flight.world.apply(header, look);
