@@ -1,6 +1,6 @@
 //! What stands on the ground, by scan planes and by the reference.
 
-use glam::{DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 
 use super::scenes::{
     CODE, DENSE, SPACING, pillar, pyramid, short_ridge, standing, standing_on, village, wood,
@@ -74,6 +74,36 @@ fn planes_see_what_stands_as_the_reference_does() {
         let exact = render_reference(&pages, &camera, &options, &farm).unwrap().frame;
         let (off, mean) = difference(&fast, &exact);
         assert!(off < 0.015 && mean < 0.005, "{index}: {off} of the pixels, {mean}");
+    }
+}
+
+/// The upper disc of a tower comes into sight where the eye passes its plane, and has a colour of its own (Bunker and Ferris 1977, §2.5).
+#[test]
+fn a_tower_shows_its_top_from_above_its_plane_alone() {
+    const HIGH: f64 = 20.0;
+    let tower = |x: u32, y: u32| {
+        let out = DVec2::new(f64::from(x) - 160.0, f64::from(y) - 160.0).length();
+        if out < 8.0 { vec![pillar(HIGH)] } else { Vec::new() }
+    };
+    let pages = standing(tower);
+    let farm = Farm::new(2).unwrap();
+    let options = RenderOptions::of(pages.header());
+
+    // Pixels of the top's red and of the sides' cream.
+    let seen = |frame: &Frame| {
+        let is_red = |light: &&[f32; 3]| light[0] > 2.5 * light[1] && light[0] > 0.1;
+        let is_cream = |light: &&[f32; 3]| light[0] > 1.05 * light[1] && light[0] < 1.6 * light[1];
+        (frame.colour.iter().filter(is_red).count(), frame.colour.iter().filter(is_cream).count())
+    };
+    for above in [-2.0, -0.05, 0.2, 2.0] {
+        let camera = camera(160.0, 120.0, HIGH + above, [0.0, 0.0, 0.0]);
+        let fast = Renderer::new(&pages, &options).frame(&camera, &farm).unwrap().frame;
+        let exact = render_reference(&pages, &camera, &options, &farm).unwrap().frame;
+        for (engine, (top, side)) in [("planes", seen(&fast)), ("reference", seen(&exact))] {
+            assert!(side > 500, "{engine}, {above} m: {side} pixels of the side");
+            // Two metres above, the disc is eight rows high.
+            assert_eq!(top > 0, above > 1.0, "{engine}, {above} m above: {top} pixels of the top");
+        }
     }
 }
 
