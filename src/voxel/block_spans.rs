@@ -75,7 +75,7 @@ impl BlockSpans {
         self.spans.resize(end as usize, Span::NONE);
         let rise = rise as f32;
         for voxel in ones(block.occupied) {
-            own(voxel).iter().for_each(|span| self.put(voxel, *span, &mut ends[voxel], rise));
+            own(voxel).iter().for_each(|span| self.put(voxel, span, &mut ends[voxel], rise));
         }
 
         for (placement, object) in placed() {

@@ -12,7 +12,7 @@
 //! So houses keep walls and roofs where a voxel is less than a pixel, and a crown hides as much as its leaves do. That opacity says what comes
 //! through a coarser voxel is how volumes are filtered (Crassin et al., *GigaVoxels*, I3D 2009).
 
-use super::{BLOCK_SIDE, Cut, Span};
+use super::{BLOCK_SIDE, Cut, Facade, Span};
 use crate::simd::Each;
 use hedgehop_base::colour::{linear_from_srgb8, srgb8_from_light};
 
@@ -241,6 +241,7 @@ impl CoarseCells {
             state,
             side: colour(&|piece| (piece.span.side, piece.side_weight())),
             material: largest.material,
+            facade: facade_of(group),
         })
     }
 
@@ -256,6 +257,13 @@ impl CoarseCells {
         let sum: f32 = left.iter().flat_map(|rows_left| &rows_left[..rows]).sum();
         1.0 - sum / (2 * rows) as f32
     }
+}
+
+/// Façade of the largest piece that has one.
+fn facade_of(group: &[Piece]) -> Facade {
+    let with_facade = group.iter().filter(|piece| !piece.span.facade.is_none());
+    let largest = with_facade.reduce(|a, b| if a.area < b.area { b } else { a });
+    largest.map_or(Facade::NONE, |piece| piece.span.facade)
 }
 
 /// Cuts of a strip that goes through the middles of others.

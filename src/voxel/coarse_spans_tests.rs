@@ -22,6 +22,7 @@ const PILLAR: Span = Span {
     state: Span::OPAQUE,
     side: [220, 210, 190],
     material: 2,
+    facade: Facade::NONE,
 };
 
 /// Spans of the block of cells of `1 << shift` voxels in the south-west corner of a page.

@@ -9,7 +9,7 @@ compile_error!(
 /// ends or cleared the eighth bit.
 pub(super) const MAGIC: [u8; 8] = *b"\x89HOP\r\n\x1a\n";
 /// Version of the format that is written.
-pub(super) const VERSION: u32 = 8;
+pub(super) const VERSION: u32 = 9;
 /// The oldest one that is read, too.
 pub(super) const OLDEST: u32 = 7;
 /// The first one in which pages without any surface may have no bytes.
@@ -136,9 +136,9 @@ pub(super) mod spans {
     pub const VOXELS: Field = Field::first(4);
     pub const SPANS: Field = VOXELS.then(4);
     pub const PLACEMENTS: Field = SPANS.then(4);
-    pub const RESERVED: Field = PLACEMENTS.then(4);
+    pub const FACADES: Field = PLACEMENTS.then(4);
     /// Bytes of the head.
-    pub const SIZE: usize = RESERVED.end();
+    pub const SIZE: usize = FACADES.end();
     /// Spans and placements begin at multiples of this.
     pub const ALIGNMENT: usize = 16;
     const _: () = assert!(SIZE == 16);
@@ -264,7 +264,7 @@ mod tests {
                 ("voxels", spans::VOXELS),
                 ("spans", spans::SPANS),
                 ("placements", spans::PLACEMENTS),
-                ("reserved", spans::RESERVED),
+                ("facades", spans::FACADES),
             ],
         );
 
@@ -299,7 +299,7 @@ mod tests {
         let text = include_str!("FORMAT.md");
         for stated in [
             format!("version {VERSION}."),
-            format!("Version {OLDEST} is"),
+            format!("version {OLDEST} "),
             format!("multiple of {PAGE_ALIGNMENT}"),
             format!("multiple of {PLANE_ALIGNMENT}"),
             format!("at most {} bytes", METADATA_LIMIT),

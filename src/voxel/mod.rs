@@ -11,6 +11,7 @@ mod detail_record;
 mod directory;
 mod earlier;
 mod empty;
+mod facade;
 mod file_ends;
 mod fixed_header;
 mod folders;
@@ -33,6 +34,7 @@ mod span;
 mod span_table;
 mod srgb;
 mod store;
+mod stored_spans;
 #[cfg(test)]
 mod tests;
 mod trust;
@@ -59,6 +61,8 @@ pub use detail_record::DetailRecord;
 pub use directory::{Directory, ENTRY_BYTES};
 #[doc(hidden)]
 pub use earlier::{EarlierFile, EarlierPage};
+#[doc(hidden)]
+pub use facade::{Bays, Facade, FacadeStyle};
 #[doc(hidden)]
 pub use file_ends::{FileEnds, HEADER_BYTES};
 #[doc(hidden)]
@@ -92,6 +96,8 @@ pub use span_table::{BLOCK_SIDE, SpanBlock, SpanTable, SpansView};
 pub use store::MemPages;
 #[doc(hidden)]
 pub use store::{FileBytes, PageStore, Touched};
+#[doc(hidden)]
+pub use stored_spans::StoredSpans;
 pub use trust::Verify;
 #[doc(hidden)]
 pub use trust::{Damaged, Trust};

@@ -12,7 +12,8 @@
 use std::ops::Neg;
 
 use super::format::{PLANE_ALIGNMENT, objects as at};
-use super::{Cut, Span};
+use super::stored_spans::StoredSpan;
+use super::{Cut, Facade, Span};
 
 /// Columns of spans over a rectangle of voxels.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -144,12 +145,15 @@ impl SharedObject {
     /// Voxels along a side at most: it reaches no further than the pages beside its own.
     pub const MOST_VOXELS: u16 = super::PAGE_SIDE as u16;
 
-    /// Makes an object of `width` × `depth` voxels, 1 to [`Self::MOST_VOXELS`] each: `spans_of` tells those of a voxel (x, y), codes from the foot. `rise` as for
+    /// Makes an object of `width` × `depth` voxels, 1 to [`Self::MOST_VOXELS`] each: `spans_of` tells those of a voxel (x, y), codes from the foot, whose
+    /// façades are left out: an object may be turned. `rise` as for
     /// [`super::SpanTable::new`].
     pub fn new(size: [u16; 2], rise: f64, mut spans_of: impl FnMut(u16, u16, &mut Vec<Span>)) -> Self {
         let (mut starts, mut spans) = (vec![0], Vec::new());
         for (y, x) in (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (y, x))) {
+            let before = spans.len();
             spans_of(x, y, &mut spans);
+            spans[before..].iter_mut().for_each(|span: &mut Span| span.facade = Facade::NONE);
             starts.push(spans.len() as u32);
         }
         let mut object = Self { size, low: 0, high: 0, starts, spans };
@@ -193,7 +197,7 @@ impl SharedObject {
 
     /// Bytes that it takes in a file, whatever the number of its placements.
     pub fn bytes(&self) -> u64 {
-        (at::SIZE + size_of_val(&self.starts[..]) + size_of_val(&self.spans[..])) as u64
+        (at::SIZE + size_of_val(&self.starts[..]) + self.spans.len() * size_of::<StoredSpan>()) as u64
     }
 
     /// Codes that it does not leave where its foot is at `foot`; the first is 0 if it stands on the ground.
@@ -278,7 +282,8 @@ impl SharedObjects {
 
         for SharedObject { starts, spans, .. } in &self.0 {
             bytes.extend_from_slice(bytemuck::cast_slice(starts));
-            bytes.extend_from_slice(bytemuck::cast_slice(spans));
+            let stored: Vec<_> = spans.iter().map(StoredSpan::of).collect();
+            bytes.extend_from_slice(bytemuck::cast_slice(&stored));
         }
 
         bytes.resize(bytes.len().next_multiple_of(PLANE_ALIGNMENT), 0);
@@ -317,8 +322,9 @@ impl SharedObjects {
             let voxels = usize::from(size[0]) * usize::from(size[1]);
             let starts: Vec<u32> = bytemuck::pod_collect_to_vec(take((voxels + 1) * size_of::<u32>())?);
             let count = at::SPANS.u32(record) as usize;
-            let spans: Vec<Span> =
-                bytemuck::pod_collect_to_vec(take(count.saturating_mul(size_of::<Span>()))?);
+            let stored: Vec<StoredSpan> =
+                bytemuck::pod_collect_to_vec(take(count.saturating_mul(size_of::<StoredSpan>()))?);
+            let spans = stored.into_iter().map(|span| span.with(Facade::NONE)).collect::<Vec<_>>();
             let is_whole = starts.is_sorted() && starts[0] == 0 && starts[voxels] as usize == count;
             if !is_whole || at::RESERVED.bytes(record).iter().any(|&byte| byte != 0) {
                 return Err("some spans of an object belong to no voxel".into());

@@ -19,7 +19,7 @@
 //! Two cuts say the corner of a house, a gable's end, and each of the three planes and more of a roof that meet in one point; three a side of a
 //! hipped roof where its ridge is shorter than a voxel.
 
-use super::Cut;
+use super::{Cut, Facade};
 use crate::simd::Each;
 
 /// A solid over one voxel of level 1.
@@ -43,6 +43,8 @@ pub struct Span {
     pub side: [u8; 3],
     /// Material class, 0 = unknown.
     pub material: u8,
+    /// Façade of its sides; files hold it apart.
+    pub facade: Facade,
 }
 
 impl Span {
@@ -56,6 +58,7 @@ impl Span {
         state: 0,
         side: [0; 3],
         material: 0,
+        facade: Facade::NONE,
     };
     /// The lower end's code of what stands on the ground.
     pub const GROUND: u16 = 0;

@@ -13,7 +13,8 @@
 use std::ops::Range;
 
 use super::format::{PLANE_ALIGNMENT, spans as at};
-use super::{HeightCode, Placement, SharedObjects, Span};
+use super::stored_spans::{StoredSpan, StoredSpans};
+use super::{Facade, HeightCode, Placement, SharedObjects, Span};
 use crate::simd::Each;
 use hedgehop_base::Size;
 
@@ -39,7 +40,9 @@ pub struct SpanBlock {
 pub struct SpanTable {
     blocks: Vec<SpanBlock>,
     starts: Vec<u32>,
-    spans: Vec<Span>,
+    spans: Vec<StoredSpan>,
+    /// Façades of these; empty if they have none.
+    facades: Vec<Facade>,
     /// First placement of each block, and the last one's end; empty if there are none.
     placed: Vec<u32>,
     placements: Vec<Placement>,
@@ -52,7 +55,7 @@ pub struct SpansView<'a> {
     blocks_across: u32,
     blocks: &'a [SpanBlock],
     starts: &'a [u32],
-    spans: &'a [Span],
+    spans: StoredSpans<'a>,
     placed: &'a [u32],
     placements: &'a [Placement],
 }
@@ -62,22 +65,24 @@ impl SpanTable {
     /// steepest slope of one step rises over half a voxel's diagonal, see [`Self::rise`].
     pub fn new(size: Size, rise: f64, mut spans_of: impl FnMut(u32, u32, &mut Vec<Span>)) -> Self {
         let mut table = Self { starts: vec![0], ..Self::default() };
+        let mut here = Vec::new();
         for (columns, rows) in blocks_of(size.width, size.height) {
             let mut block =
                 SpanBlock { first: table.starts.len() as u32 - 1, low: u16::MAX, ..SpanBlock::default() };
             for (row, y) in rows.enumerate() {
                 for (column, x) in columns.clone().enumerate() {
-                    let before = table.spans.len();
-                    spans_of(x, y, &mut table.spans);
-                    let added = &table.spans[before..];
-                    if added.is_empty() {
+                    here.clear();
+                    spans_of(x, y, &mut here);
+                    if here.is_empty() {
                         continue;
                     }
 
                     block.occupied |= 1 << (row as u32 * BLOCK_SIDE + column as u32);
-                    for span in added {
+                    for span in &here {
                         let [low, high] = span.reach(rise);
                         (block.low, block.high) = (block.low.min(low), block.high.max(high));
+                        table.spans.push(StoredSpan::of(span));
+                        table.facades.push(span.facade);
                     }
 
                     table.starts.push(table.spans.len() as u32);
@@ -90,12 +95,15 @@ impl SpanTable {
             table.blocks.push(block);
         }
 
+        if table.facades.iter().all(Facade::is_none) {
+            table.facades.clear();
+        }
         if table.spans.is_empty() { Self::default() } else { table }
     }
 
     /// All of them, voxel by voxel; not those of objects.
-    pub fn spans(&self) -> &[Span] {
-        &self.spans
+    pub fn spans(&self) -> StoredSpans<'_> {
+        StoredSpans::new(&self.spans, &self.facades)
     }
 
     /// Objects that stand on the page, once for each block that they reach.
@@ -175,7 +183,7 @@ impl SpanTable {
             let object = objects.get(*placement).map(|object| object.codes(placement.foot));
             object.into_iter().flatten()
         };
-        let ends = self.spans.iter().flat_map(|span| [span.low, span.high]);
+        let ends = self.spans().iter().flat_map(|span| [span.low, span.high]);
         let ends = ends.chain(self.placements.iter().flat_map(placed)).filter(|code| *code > 0);
         ends.clone().min().zip(ends.max())
     }
@@ -191,16 +199,18 @@ impl SpanTable {
     }
 
     fn layout(&self) -> Layout {
-        layout(self.blocks.len(), [self.starts.len() - 1, self.spans.len(), self.placements.len()])
+        let Self { blocks, starts, spans, placements, facades, .. } = self;
+        layout(blocks.len(), [starts.len() - 1, spans.len(), placements.len(), facades.len()])
     }
 
     /// Writes it into `bytes`, which are [`Self::bytes`] long.
     pub(super) fn encode(&self, bytes: &mut [u8]) {
-        let Layout { blocks, starts, spans, placed, placements, .. } = self.layout();
+        let Layout { blocks, starts, spans, placed, placements, facades, .. } = self.layout();
         for (field, count) in [
             (at::VOXELS, self.starts.len() - 1),
             (at::SPANS, self.spans.len()),
             (at::PLACEMENTS, self.placements.len()),
+            (at::FACADES, self.facades.len()),
         ] {
             field.put(bytes, &(count as u32).to_le_bytes());
         }
@@ -209,12 +219,13 @@ impl SpanTable {
         bytes[blocks].copy_from_slice(bytemuck::cast_slice(&self.blocks));
         bytes[starts].copy_from_slice(bytemuck::cast_slice(&self.starts));
         bytes[spans].copy_from_slice(bytemuck::cast_slice(&self.spans));
+        bytes[facades].copy_from_slice(bytemuck::cast_slice(&self.facades));
     }
 
     /// The same, borrowed; `width` is that of the page.
     pub fn view(&self, width: u32) -> SpansView<'_> {
-        let Self { blocks, starts, spans, placed, placements } = self;
-        let blocks_across = width.div_ceil(BLOCK_SIDE);
+        let Self { blocks, starts, placed, placements, .. } = self;
+        let (blocks_across, spans) = (width.div_ceil(BLOCK_SIDE), self.spans());
         SpansView { blocks_across, blocks, starts, spans, placed, placements }
     }
 }
@@ -226,26 +237,30 @@ struct Layout {
     spans: Range<usize>,
     placed: Range<usize>,
     placements: Range<usize>,
+    facades: Range<usize>,
     end: usize,
 }
 
-fn layout(blocks: usize, [voxels, spans, placements]: [usize; 3]) -> Layout {
+/// Lays out the parts, of so many blocks and so many of voxels, spans, placements and façades.
+fn layout(blocks: usize, [voxels, spans, placements, facades]: [usize; 4]) -> Layout {
     let numbers = if placements == 0 { 0 } else { blocks + 1 };
     let blocks = at::SIZE..at::SIZE + blocks * size_of::<SpanBlock>();
     let starts = blocks.end..blocks.end + (voxels + 1) * size_of::<u32>();
     let first = starts.end.next_multiple_of(at::ALIGNMENT);
-    let spans = first..first + spans * size_of::<Span>();
+    let spans = first..first + spans * size_of::<StoredSpan>();
     let first = spans.end.next_multiple_of(size_of::<u32>());
     let placed = first..first + numbers * size_of::<u32>();
     let first = placed.end.next_multiple_of(at::ALIGNMENT);
     let placements = first..first + placements * size_of::<Placement>();
+    let facades = placements.end..placements.end + facades * size_of::<Facade>();
     Layout {
-        end: placements.end.next_multiple_of(PLANE_ALIGNMENT),
+        end: facades.end.next_multiple_of(PLANE_ALIGNMENT),
         blocks,
         starts,
         spans,
         placed,
         placements,
+        facades,
     }
 }
 
@@ -259,8 +274,14 @@ fn blocks_of(width: u32, height: u32) -> impl Iterator<Item = (Range<u32>, Range
 
 impl<'a> SpansView<'a> {
     /// No spans.
-    pub const NONE: Self =
-        Self { blocks_across: 0, blocks: &[], starts: &[], spans: &[], placed: &[], placements: &[] };
+    pub const NONE: Self = Self {
+        blocks_across: 0,
+        blocks: &[],
+        starts: &[],
+        spans: StoredSpans::NONE,
+        placed: &[],
+        placements: &[],
+    };
 
     /// Views the bytes of a table as that of a page of `size` voxels.
     pub(super) fn new(bytes: &'a [u8], size: Size) -> Result<Self, String> {
@@ -274,12 +295,11 @@ impl<'a> SpansView<'a> {
         let voxels = at::VOXELS.u32(head);
         let across = width.div_ceil(BLOCK_SIDE);
         let block_count = across as usize * height.div_ceil(BLOCK_SIDE) as usize;
-        let counts = [voxels, at::SPANS.u32(head), at::PLACEMENTS.u32(head)].each(|count| count as usize);
-        let Layout { blocks, starts, spans, placed, placements, end } = layout(block_count, counts);
-        if voxels > width * height
-            || end != bytes.len()
-            || at::RESERVED.bytes(head).iter().any(|&byte| byte != 0)
-        {
+        let fields = [at::VOXELS, at::SPANS, at::PLACEMENTS, at::FACADES];
+        let counts = fields.each(|field| field.u32(head) as usize);
+        let [_, span_count, _, facade_count] = counts;
+        let Layout { blocks, starts, spans, placed, placements, facades, end } = layout(block_count, counts);
+        if voxels > width * height || end != bytes.len() || (facade_count > 0 && facade_count != span_count) {
             return Err(refuse());
         }
 
@@ -287,7 +307,7 @@ impl<'a> SpansView<'a> {
             blocks_across: across,
             blocks: plane(&bytes[blocks])?,
             starts: plane(&bytes[starts])?,
-            spans: plane(&bytes[spans])?,
+            spans: StoredSpans::new(plane(&bytes[spans])?, plane(&bytes[facades])?),
             placed: plane(&bytes[placed])?,
             placements: plane(&bytes[placements])?,
         })
@@ -299,7 +319,7 @@ impl<'a> SpansView<'a> {
     }
 
     /// All spans, block by block.
-    pub fn all(&self) -> &'a [Span] {
+    pub fn all(&self) -> StoredSpans<'a> {
         self.spans
     }
 
@@ -351,20 +371,20 @@ impl<'a> SpansView<'a> {
 
     /// Spans of voxel (x, y) of the page, which lies in `block`.
     #[inline]
-    pub fn of(&self, block: &SpanBlock, x: u32, y: u32) -> &'a [Span] {
+    pub fn of(&self, block: &SpanBlock, x: u32, y: u32) -> StoredSpans<'a> {
         let bit = 1_u64 << (y % BLOCK_SIDE * BLOCK_SIDE + x % BLOCK_SIDE);
         if block.occupied & bit == 0 {
-            return &[];
+            return StoredSpans::NONE;
         }
         let number = block.first as usize + (block.occupied & (bit - 1)).count_ones() as usize;
         match self.starts.get(number..=number.saturating_add(1)) {
             Some(&[start, end]) => self.spans.get(start as usize..end as usize).unwrap_or_default(),
-            _ => &[],
+            _ => StoredSpans::NONE,
         }
     }
 
     /// Spans of voxel (x, y) of the page.
-    pub fn at(&self, x: u32, y: u32) -> &'a [Span] {
+    pub fn at(&self, x: u32, y: u32) -> StoredSpans<'a> {
         self.of(&self.block(x, y), x, y)
     }
 
@@ -387,7 +407,7 @@ impl<'a> SpansView<'a> {
                 else {
                     return Some(format!("a voxel has spans {} to {}", ends[0], ends[1]));
                 };
-                if let Some(what) = spans.iter().find_map(|span| check_span(span, block, rise)) {
+                if let Some(what) = spans.iter().find_map(|span| check_span(&span, block, rise)) {
                     return Some(what);
                 }
             }
@@ -450,7 +470,8 @@ impl<'a> SpansView<'a> {
         SpanTable {
             blocks: self.blocks.to_vec(),
             starts: self.starts.to_vec(),
-            spans: self.spans.to_vec(),
+            spans: self.spans.own(),
+            facades: self.spans.facades(),
             placed: self.placed.to_vec(),
             placements: self.placements.to_vec(),
         }

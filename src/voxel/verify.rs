@@ -173,9 +173,9 @@ fn check_hash<B: FileBytes>(store: &PageStore<B>, id: PageId) -> Option<String> 
 }
 
 fn check_range(view: &PageView<'_>, codes: &RangeInclusive<u16>) -> Option<String> {
-    let outside = |code: &&u16| **code != HeightCode::EMPTY && !codes.contains(*code);
-    let ends = view.spans.all().iter().flat_map(|span| [&span.low, &span.high]);
-    let code = view.heights.iter().chain(view.low).chain(view.high).chain(ends).find(outside)?;
+    let outside = |code: &u16| *code != HeightCode::EMPTY && !codes.contains(code);
+    let ends = view.spans.all().iter().flat_map(|span| [span.low, span.high]);
+    let code = view.heights.iter().chain(view.low).chain(view.high).copied().chain(ends).find(outside)?;
     let (low, high) = codes.clone().into_inner();
     Some(format!("height code {code}, but the header's range is that of {low} to {high}"))
 }

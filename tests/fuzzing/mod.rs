@@ -20,7 +20,7 @@ const DIRECTORY_CRC: usize = 152;
 const METADATA_CRC: usize = 156;
 const FILE_LENGTH: usize = 160;
 /// Newest version of the format that is read.
-const FORMAT: u32 = 8;
+const FORMAT: u32 = 9;
 const HEADER: usize = 256;
 const ENTRY: usize = 44;
 

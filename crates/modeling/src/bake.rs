@@ -292,7 +292,7 @@ impl<'s> Oven<'s> {
                 (Vec3::from_array(linear_from_srgb8(colour)) * left).to_array().map(srgb8_from_linear)
             };
             let own = spans.at(x, y).iter();
-            all.extend(own.map(|span| Span { top: dark(span.top), side: dark(span.side), ..*span }));
+            all.extend(own.map(|span| Span { top: dark(span.top), side: dark(span.side), ..span }));
         });
         Ok(table.with_objects(size, &header.objects, spans.placements()))
     }

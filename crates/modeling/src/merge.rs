@@ -19,7 +19,7 @@ use super::disk_space;
 use super::options::OutputFile;
 use super::workers::in_order;
 use hedgehop::voxel::{
-    APRON, Attributes, BLOCK_SIDE, BlockSpans, EncodedPage, Grid, HeightCode, Metadata, PAGE_SIDE,
+    APRON, Attributes, BLOCK_SIDE, BlockSpans, EncodedPage, Facade, Grid, HeightCode, Metadata, PAGE_SIDE,
     PageBuffer, PageId, PageReadback, PageSource, PageWriter, SharedObjects, Span, SpanTable, coarse_page,
 };
 use hedgehop_base::Size;
@@ -430,7 +430,9 @@ impl<'s> Merger<'s> {
 
         all.extend(known.spans.of(within[0], within[1]).iter().map(|span| {
             let (low, high) = (self.code(layer, span.low), self.code(layer, span.high));
-            Span { low, high, ..*span }
+            let Facade { floor, eaves, .. } = span.facade;
+            let [floor, eaves] = [floor, eaves].map(|code| self.code(layer, code));
+            Span { low, high, facade: Facade { floor, eaves, ..span.facade }, ..*span }
         }));
 
         Ok(())

@@ -279,7 +279,7 @@ pub fn attributes_at(source: &dyn PageSource, place: DVec2) -> Result<Option<Att
 mod tests {
     use super::*;
     use hedgehop::voxel::{
-        Arrays, Cut, MemPages, Metadata, Span, SpanArrays, Symmetry, build_in_memory, build_standing,
+        Arrays, Cut, Facade, MemPages, Metadata, Span, SpanArrays, Symmetry, build_in_memory, build_standing,
     };
 
     /// 300 × 300 voxels of 2 m: 100 columns of water, the rest of grass, of another source from row 200 on; nothing in the first row.
@@ -354,6 +354,7 @@ mod tests {
             state: Span::OPAQUE,
             side: [9; 3],
             material: 4,
+            facade: Facade::NONE,
         };
 
         let object =

@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use glam::DVec2;
 
 use hedgehop::voxel::{
-    Arrays, Cut, Grid, HeightCode, MemPages, Metadata, SharedObjects, Span, SpanArrays, build_standing,
+    Arrays, Cut, Facade, Grid, HeightCode, MemPages, Metadata, SharedObjects, Span, SpanArrays,
+    build_standing,
 };
 
 /// Voxels along the area's side, and the side of one, metres.
@@ -26,6 +27,7 @@ pub fn pillar(high: f64) -> Span {
         state: Span::OPAQUE,
         side: [220, 210, 190],
         material: 2,
+        facade: Facade::NONE,
     }
 }
 

@@ -20,6 +20,7 @@ fn marked(x: u16, y: u16, low: u16) -> Span {
         state: Span::OPAQUE,
         side: [1, 2, 3],
         material: 4,
+        facade: Facade::NONE,
     }
 }
 

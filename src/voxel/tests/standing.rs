@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::*;
+use crate::voxel::fixed_header::header_crc;
+use crate::voxel::format::header;
 use crate::voxel::{SpanArrays, build_standing, verify};
 use hedgehop_base::Size;
 use hedgehop_base::progress::Silent;
@@ -20,6 +22,7 @@ fn post(high: u16, slope: [i8; 2]) -> Span {
         state: Span::OPAQUE,
         side: [120, 110, 100],
         material: 3,
+        facade: Facade::NONE,
     }
 }
 
@@ -73,7 +76,7 @@ fn spans_are_read_as_they_were_written() {
         for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
             let here = view.at(x, y);
             if !here.is_empty() {
-                found.insert((px * PAGE_SIDE + x, py * PAGE_SIDE + y), here.to_vec());
+                found.insert((px * PAGE_SIDE + x, py * PAGE_SIDE + y), here.iter().collect());
             }
         }
 
@@ -91,6 +94,66 @@ fn spans_are_read_as_they_were_written() {
     // Beside a page on which something stands near the border there is bare ground, too; elsewhere there is none.
     let has = |px, py| pages.has(PageId { level: 0, px, py }.bare());
     assert_eq!([has(0, 0), has(1, 0), has(0, 1), has(1, 1)], [true, true, false, true]);
+}
+
+/// A façade of which no byte is that of another field.
+const FACADE: Facade = Facade {
+    floor: 0x1122,
+    eaves: 0x3344,
+    storeys: 5,
+    look: 0x61,
+    bays: [Bays { facing: 7, width: 80, phase: 9 }, Bays { facing: 71, width: 81, phase: 10 }],
+};
+
+#[test]
+fn facades_lie_behind_the_spans_of_a_page_that_has_some() {
+    let size = Size { width: 8, height: 8 };
+    let encoded = |facade: Facade| {
+        let table = SpanTable::new(size, 1.0, |x, y, spans| {
+            spans.extend((x == 3 && y < 2).then(|| post(10, [0, 0])));
+            spans
+                .last_mut()
+                .into_iter()
+                .for_each(|span| span.facade = if y == 1 { facade } else { Facade::NONE });
+        });
+        let mut bytes = vec![0; table.bytes()];
+        table.encode(&mut bytes);
+        bytes
+    };
+
+    // Head, a block, three numbers, two spans from a multiple of 16 on, and two façades behind them.
+    let (plain, with) = (encoded(Facade::NONE), encoded(FACADE));
+    let [spans, facades] = [48..88, 96..120];
+    assert_eq!(plain[12..16], [0; 4]);
+    assert_eq!((&plain[16..96], with[12]), (&with[16..96], 2));
+    assert_eq!(plain[spans][..6], [0, 0, 10, 0, 0, 0]);
+    assert_eq!(with[facades][12..], [0x22, 0x11, 0x44, 0x33, 5, 0x61, 7, 80, 9, 71, 81, 10]);
+
+    for (bytes, facade) in [(plain, Facade::NONE), (with, FACADE)] {
+        let bytes = AlignedBytes::copy_of(&bytes);
+        let view = SpansView::new(bytes.as_slice(), size).unwrap();
+        let found: Vec<Facade> = view.all().iter().map(|span| span.facade).collect();
+        assert_eq!(found, [Facade::NONE, facade]);
+        let table = view.to_table();
+        assert_eq!(table.spans(), view.all());
+    }
+}
+
+#[test]
+fn spans_of_version_8_are_read_without_facades() {
+    let spans = spans();
+    let pages = area(&spans);
+    let mut bytes = pages.bytes().to_vec();
+    header::VERSION.put(&mut bytes, &8_u32.to_le_bytes());
+    let crc = header_crc(&bytes[..header::SIZE]);
+    header::HEADER_CRC.put(&mut bytes, &crc.to_le_bytes());
+    let old = MemPages::from_bytes("old.hop", &bytes).unwrap();
+
+    assert_eq!(old.header().version, 8);
+    let id = PageId { level: 0, px: 0, py: 0 }.bare();
+    let here = |pages: &MemPages| pages.spans(id).unwrap().unwrap().all().iter().collect::<Vec<_>>();
+    assert_eq!((here(&old), here(&old).len()), (here(&pages), 4));
+    assert!(here(&old).iter().all(|span| span.facade.is_none()));
 }
 
 #[test]

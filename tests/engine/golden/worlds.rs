@@ -6,8 +6,8 @@ use std::sync::LazyLock;
 use glam::DVec2;
 use hedgehop::Result;
 use hedgehop::voxel::{
-    Arrays, BoundsView, Cut, Grid, Header, HeightCode, HeightsView, MemPages, Metadata, PageId, PageSource,
-    PageView, SharedObjects, Span, SpanArrays, SpansView, build_standing,
+    Arrays, BoundsView, Cut, Facade, Grid, Header, HeightCode, HeightsView, MemPages, Metadata, PageId,
+    PageSource, PageView, SharedObjects, Span, SpanArrays, SpansView, build_standing,
 };
 
 use super::noise::{chance, crests, fractal, noise, smooth};
@@ -294,6 +294,7 @@ fn pillar(high: f64) -> Span {
         state: Span::OPAQUE,
         side: [0; 3],
         material: 0,
+        facade: Facade::NONE,
     }
 }
 

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use glam::DVec2;
 
 use hedgehop::voxel::{
-    Arrays, Cut, Grid, HeightCode, MemPages, Metadata, Placement, SharedObject, SharedObjects, Span,
+    Arrays, Cut, Facade, Grid, HeightCode, MemPages, Metadata, Placement, SharedObject, SharedObjects, Span,
     SpanArrays, SpanTable, Symmetry, build_standing,
 };
 
@@ -27,6 +27,7 @@ pub fn pillar(high: f64) -> Span {
         state: Span::OPAQUE,
         side: [220, 210, 190],
         material: 2,
+        facade: Facade::NONE,
     }
 }
 
@@ -167,20 +168,7 @@ pub fn village(as_objects: bool) -> MemPages {
         {
             let to = DVec2::from_angle(-turn).rotate(at - DVec2::from(centre));
             let half = DVec2::new(7.0, 4.5);
-            let inside = half - to.abs();
-            if inside.min_element() < -0.75 {
-                continue;
-            }
-
-            // Two walls at corners.
-            let mut cuts = [Cut::NONE; 3];
-            let walls =
-                [(DVec2::new(to.x.signum(), 0.0), inside.x), (DVec2::new(0.0, to.y.signum()), inside.y)];
-            let walls = walls.into_iter().filter(|(_, beyond)| *beyond <= 0.75);
-            for (cut, (normal, beyond)) in cuts.iter_mut().zip(walls) {
-                let angle = DVec2::from_angle(turn).rotate(normal).to_angle();
-                *cut = Cut::wall(turn_of(angle), (beyond * 128.0).round() as i32);
-            }
+            let Some(cuts) = walls_of(to, turn, half) else { continue };
 
             let down = DVec2::from_angle(turn).rotate(DVec2::new(0.0, -to.y.signum())) * 0.7;
             let wall = Span {
@@ -213,6 +201,24 @@ pub fn village(as_objects: bool) -> MemPages {
         spans.sort_by_key(|span| (span.low, span.high));
         spans
     })
+}
+
+/// Walls in a voxel that lies `to` from the middle of a rectangle, along its axes, which is turned and has half sides; units. `None`: it is outside.
+pub fn walls_of(to: DVec2, turn: f64, half: DVec2) -> Option<[Cut; 3]> {
+    let inside = half - to.abs();
+    if inside.min_element() < -0.75 {
+        return None;
+    }
+
+    // Two walls at corners.
+    let mut cuts = [Cut::NONE; 3];
+    let walls = [(DVec2::new(to.x.signum(), 0.0), inside.x), (DVec2::new(0.0, to.y.signum()), inside.y)];
+    let walls = walls.into_iter().filter(|(_, beyond)| *beyond <= 0.75);
+    for (cut, (normal, beyond)) in cuts.iter_mut().zip(walls) {
+        let angle = DVec2::from_angle(turn).rotate(normal).to_angle();
+        *cut = Cut::wall(turn_of(angle), (beyond * 128.0).round() as i32);
+    }
+    Some(cuts)
 }
 
 /// A direction (radians) in 256ths of a turn.

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use glam::{DVec2, dvec2};
 
 use super::super::kinds::Paint;
-use hedgehop::voxel::{Cut, HeightCode, Span};
+use hedgehop::voxel::{Cut, Facade, HeightCode, Span};
 
 /// A rectangle of voxels: row-major from the south-west, rows northward.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -213,6 +213,7 @@ impl Solid {
             state: opacity | bit(self.parallel, Span::PARALLEL) | bit(self.strip, Span::STRIP) | joined,
             side: self.side,
             material: self.material,
+            facade: Facade::NONE,
         })
     }
 
