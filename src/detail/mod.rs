@@ -5,6 +5,8 @@
 //!     colour     such that interpolation between posts gives each voxel back its own mean      mean_keeping
 //!     amplitude  how rough the imagery is there, by its finest octave                          amplitude
 //!     walls      calmed, and detail over their face instead of the ground                      walls
+//! façades of spans:
+//!     colour × mean of windows, doors, plinth and courses over the footprint, 1 from afar      facade
 //! pixels nearer than a voxel's width:
 //!     light × (1 + amplitude · mean of a repeating tile over the footprint)                    ground tile
 //!     tiles   of the pattern that a database asks for, as the sun lights it                    synthesis
@@ -15,6 +17,7 @@
 
 mod amplitude;
 mod blocks;
+mod facade;
 mod field;
 mod ground_tile;
 mod mean_keeping;
@@ -27,6 +30,7 @@ mod walls;
 
 pub use amplitude::MOST_DEVIATION;
 pub use blocks::{DetailBlocks, DetailedColour, PostCell};
+pub use facade::{AlongMeans, FacadePattern, WallFootprint};
 pub use ground_tile::{FADING, GroundTile};
 pub use measure::DetailMeasure;
 pub use posts::{DETAIL_MARGIN, DETAIL_RING, DetailPosts, DetailSource};

@@ -15,7 +15,8 @@ use glam::{DVec2, DVec3, Vec2, Vec3};
 
 use super::{Contact, Face, GridRay, PageCursor, SolidHit};
 use crate::detail::{
-    DetailBlocks, DetailedColour, GroundTile, LEAST_TOWARD, PostCell, Synthesis, WALL_SCALE,
+    DetailBlocks, DetailedColour, FacadePattern, GroundTile, LEAST_TOWARD, PostCell, Synthesis, WALL_SCALE,
+    WallFootprint,
 };
 use crate::space::Footprint;
 use crate::sunlight::{ShadeSampler, Shades};
@@ -244,6 +245,10 @@ impl<'a> SurfaceFilter<'a> {
     pub fn sample_solid(&mut self, ray: &GridRay, hit: &SolidHit) -> Result<SurfaceSample> {
         let units = ray.at(hit.range).truncate();
         let colour = if hit.face == Face::Top { hit.span.top } else { hit.span.side };
+        let mut albedo = Vec3::from_array(linear_from_srgb8(colour));
+        if hit.face == Face::Side && !hit.span.facade.is_none() {
+            albedo *= self.facade(ray, hit);
+        }
         let mut attributes = self.cursor.attributes_at(0, units)?;
         attributes.material = hit.span.material;
         let within = self.within(units);
@@ -254,11 +259,29 @@ impl<'a> SurfaceFilter<'a> {
         Ok(SurfaceSample {
             range: hit.range,
             level: 0,
-            albedo: Vec3::from_array(linear_from_srgb8(colour)),
+            albedo,
             normal: hit.normal.as_vec3(),
             attributes,
             sun,
         })
+    }
+
+    /// Factor on the light of a wall by its façade.
+    fn facade(&self, ray: &GridRay, hit: &SolidHit) -> Vec3 {
+        let code = self.source.header().heights;
+        let turns = hit.normal.y.atan2(hit.normal.x) / std::f64::consts::TAU;
+        let facing = (turns * 256.0).round().rem_euclid(256.0) as u8;
+        let Some(pattern) = FacadePattern::of_wall(&hit.span, facing, code) else { return Vec3::ONE };
+
+        // On a wall a pixel is as wide as the ray passes it slantwise, and as high as it looks up or down.
+        let direction = self.direction(ray.slope.truncate().extend(ray.rise_at(hit.range)));
+        let (pixel, level) = (self.footprint.at(hit.range), direction.truncate().length().max(LEAST_SINE));
+        let toward = hit.normal.truncate().dot(direction.truncate()).abs() / level;
+        let floor = code.offset + code.scale * f64::from(hit.span.facade.floor);
+        Vec3::from_array(pattern.factor(&WallFootprint {
+            along: [pattern.place_along(hit.place.truncate()), (pixel / toward.max(LEAST_SINE)) as f32],
+            up: [(hit.place.z - floor) as f32, (pixel / level) as f32],
+        }))
     }
 
     /// Unit normal (world space) and share of the sun's disc (0…1; 1 without shadows) where `ray` ended, as [`Self::sample`] tells them, without its colour.

@@ -54,6 +54,8 @@ pub struct SolidHit {
     pub normal: DVec3,
     /// The span.
     pub span: Span,
+    /// Place where it begins, metres in the database's system, and above the datum; within the area, if that goes on without end.
+    pub place: DVec3,
 }
 
 /// Follows rays through what stands in one database.
@@ -75,6 +77,8 @@ struct Measure {
     code: HeightCode,
     /// Side of a cell, metres.
     spacing: f64,
+    /// South-west corner of the area, metres.
+    origin: DVec2,
 }
 
 impl<'a> Solids<'a> {
@@ -82,8 +86,8 @@ impl<'a> Solids<'a> {
     pub fn new(cursor: &PageCursor<'a>) -> Self {
         let source = cursor.source();
         let header = source.header();
-        let (code, spacing) = (header.heights, header.grid.spacing);
-        let measure = Measure { shift: 0, lattice: cursor.voxels(0), code, spacing };
+        let (code, spacing, origin) = (header.heights, header.grid.spacing, header.grid.origin);
+        let measure = Measure { shift: 0, lattice: cursor.voxels(0), code, spacing, origin };
         Self { measure, bands: Vec::new(), blocks: OwnBlocks::new(source, Box::default()) }
     }
 
@@ -318,7 +322,9 @@ impl Measure {
         } else {
             DVec3::new(0.0, -ray.slope.y.signum(), 0.0)
         };
-        Passage { ranges, at, heights, centre, side }
+        let cell = DVec2::from(step.cell.map(|cell| cell as f64 + 0.5));
+        let within = self.origin + cell * self.spacing;
+        Passage { ranges, at, heights, centre, within, side }
     }
 
     /// Height of a code, metres above the datum.
@@ -421,7 +427,10 @@ impl Measure {
         let way = (leave - enter) / unit;
         let opacity = if opacity < 1.0 { 1.0 - (1.0 - opacity).powf(way) } else { 1.0 };
 
-        Some(SolidHit { range: enter, end: leave, opacity, face, normal, span: *span })
+        let unit = self.spacing / f64::from(1_u32 << self.shift);
+        let place = passage.within + (ray.at(enter).truncate() - passage.centre) * unit;
+        let place = place.extend(ray.height_at(enter));
+        Some(SolidHit { range: enter, end: leave, opacity, face, normal, span: *span, place })
     }
 }
 
@@ -435,6 +444,8 @@ struct Passage {
     heights: [f64; 2],
     /// The voxel's centre, units.
     centre: DVec2,
+    /// The voxel's centre in the area, metres in the database's system.
+    within: DVec2,
     /// Normal of the side through which the ray comes.
     side: DVec3,
 }

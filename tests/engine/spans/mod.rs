@@ -2,5 +2,6 @@
 
 mod closed_forms;
 mod engines;
+mod facades;
 mod scenes;
 mod shortcuts;

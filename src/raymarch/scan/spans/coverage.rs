@@ -5,6 +5,7 @@ mod tests;
 
 use std::ops::Range;
 
+use super::facade::FacadeFront;
 use super::fill::Fill;
 use crate::simd::{Floats, Ints, LANES, Mask, Simd, Sixteen};
 
@@ -164,7 +165,8 @@ impl SpanCoverage {
         self.full.get(rows).is_some_and(|rows| rows.iter().any(|full| planes & !full != 0))
     }
 
-    /// Fills what is open in `planes` between two places, in rows, all of which lie in a range; `centres` are the middles' tangents.
+    /// Fills what is open in `planes` between two places, in rows, all of which lie in a range; `centres` are the middles' tangents. A façade
+    /// makes each row's light its own.
     #[inline(always)]
     pub(super) fn fill<V: Simd>(
         &mut self,
@@ -172,7 +174,7 @@ impl SpanCoverage {
         planes: u16,
         rows: Range<usize>,
         places: [V::F; 2],
-        fill: &Fill<V>,
+        (fill, facade): (&Fill<V>, Option<&FacadeFront<'_, V>>),
         centres: &[f32],
     ) {
         let fill = fill.of_planes(simd, simd.mask(planes));
@@ -180,6 +182,10 @@ impl SpanCoverage {
             let open = planes & !self.full[row];
             if open != 0 {
                 let within = [places[0] - simd.splat(row as f32), places[1] - simd.splat(row as f32)];
+                let mut fill = fill;
+                if let Some(facade) = facade {
+                    fill.light = facade.light(simd, row, fill.light);
+                }
                 self.fill_row(simd, row, open, within, &fill, centres[row]);
             }
         }

@@ -1,6 +1,7 @@
 //! Spans of a voxel, where planes cross them.
 
 use super::coverage::SpanCoverage;
+use super::facade::{FacadeFront, FrontLanes, centre};
 use super::fill::{Fill, Haze, LinearTerm, PlanePassage};
 use super::front::{Front, FrontPlace};
 use super::horizon::FloatingHorizon;
@@ -40,6 +41,8 @@ pub(super) struct VoxelCrossing<'c, 'p, L, V: Simd> {
     pub first: f32,
     /// Tangents of the middles of rows from there on.
     pub centres: &'c [f32],
+    /// Tangents of the edges of rows from there on.
+    pub edges: &'c [f32],
     pub lanes: &'c PlaneLanes<V>,
     pub floor: Floor<V>,
     pub horizon: &'c FloatingHorizon<'p, V>,
@@ -57,7 +60,7 @@ pub(super) struct VoxelCrossing<'c, 'p, L, V: Simd> {
     pub eye: [f32; 2],
 }
 
-impl<L: FacetLight, V: Simd> VoxelCrossing<'_, '_, L, V> {
+impl<'c, L: FacetLight, V: Simd> VoxelCrossing<'c, '_, L, V> {
     /// Whether a span's upper end lies below the eye.
     #[inline(always)]
     fn is_below(&self, span: &Span) -> bool {
@@ -230,6 +233,7 @@ impl<L: FacetLight, V: Simd> VoxelCrossing<'_, '_, L, V> {
         let [low_near, low_far] = if hangs { lows } else { [horizon; 2] };
         let place = FrontPlace { at: at[0], share: shares[0], inverse: inverse[0], depth: depth[0] };
         let has_depths = self.coverage.has_depths();
+        let front_lanes = FrontLanes { at: at[0], depth: depth[0], above: self.above };
         let front = Front::of(simd, self.metric, span, &place, has_depths.then_some(self.lanes));
 
         // The rim of the front that is lit as the upper end is.
@@ -311,7 +315,19 @@ impl<L: FacetLight, V: Simd> VoxelCrossing<'_, '_, L, V> {
                 clearness.map(|clearness| Haze { clearness, level: self.lanes.level, tangents, passage });
             let bounds = [inverse[1], inverse[0]];
             let fill = Fill { light, haze, inverse: linear, across, bounds, front: front.across };
-            self.coverage.fill(simd, seen.bits(), rows, places, &fill, self.centres);
+
+            // Each wall has a façade of its own.
+            let has_facade = face == 0 && !span.facade.is_none();
+            let mut left = seen.bits();
+            while left != 0 {
+                let (planes, facade) = match has_facade {
+                    true => self.facade(span, left, &front, &front_lanes),
+                    false => (left, None),
+                };
+                left &= !planes;
+                let fill = (&fill, facade.as_ref());
+                self.coverage.fill(simd, planes, rows.clone(), places, fill, self.centres);
+            }
         }
     }
 
@@ -342,6 +358,25 @@ impl<L: FacetLight, V: Simd> VoxelCrossing<'_, '_, L, V> {
         }
 
         light
+    }
+
+    /// The façade of the front in the first of some planes, and those of them that it holds for.
+    #[inline(never)]
+    fn facade(
+        &self,
+        span: &Span,
+        planes: u16,
+        front: &Front<V>,
+        lanes: &FrontLanes<V>,
+    ) -> (u16, Option<FacadeFront<'c, V>>) {
+        let simd = self.simd;
+        let mut facings = [0; LANES];
+        front.facing.store(&mut facings);
+        let facing = facings[planes.trailing_zeros() as usize];
+        let same = front.facing.eq(simd.splat_int(facing)).bits() & planes;
+        let place = centre(&self.metric.grid, self.page, self.voxel, self.metric.shift);
+        let of = (span, facing as u8);
+        (same, FacadeFront::of(simd, self.metric, of, place, lanes, self.lanes, self.edges))
     }
 
     /// Finds inverse depth along an end of a span, and its rise to the next plane; where the end is not seen, those of the front.

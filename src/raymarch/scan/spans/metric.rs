@@ -1,7 +1,7 @@
 //! Metric values of the spans' steps, and the faces of spans.
 
 use crate::simd::{Floats, Simd};
-use crate::voxel::{HeightCode, PageId, Span};
+use crate::voxel::{Grid, HeightCode, PageId, Span};
 
 /// Least major distance of what is seen, units: tangents stay finite.
 pub(super) const LEAST_DISTANCE: f64 = 1.0e-6;
@@ -29,6 +29,8 @@ pub(super) struct Metric {
     /// log₂ of voxels along a cell, which is what is called a voxel.
     pub(super) shift: u8,
     pub(super) code: HeightCode,
+    /// Voxels of level index 0.
+    pub(super) grid: Grid,
     /// A step of height, and the side of a voxel, metres.
     pub(super) scale: f32,
     pub(super) spacing: f32,

@@ -23,6 +23,7 @@
 
 mod coverage;
 mod crossing;
+mod facade;
 mod fill;
 mod front;
 mod horizon;
@@ -92,6 +93,7 @@ impl<'a> SpanMarch<'a> {
         let metric = |shift: u8| Metric {
             shift,
             code,
+            grid,
             scale: code.scale as f32,
             spacing: (grid.spacing * f64::from(1_u32 << shift)) as f32,
             directions: std::array::from_fn(|facing| Cut::wall(facing as u8, 0).normal()),
@@ -334,6 +336,7 @@ impl<L: FacetLight, V: Simd> PacketWalk<'_, '_, L, V> {
                     coordinate: row_table.coordinate,
                     first: first as f32,
                     centres: &row_table.centres[first..],
+                    edges: &row_table.edges[first..],
                     lanes: &lanes,
                     floor: self.floor,
                     horizon: &horizon,

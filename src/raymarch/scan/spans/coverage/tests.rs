@@ -122,7 +122,7 @@ impl Kernel for Fills<'_> {
                 places.map(|places| simd.load(&places).select(simd.mask(planes), simd.splat(f32::NAN)));
             let rows = self.coverage.rows_between(simd, simd.mask(planes), places);
             if self.coverage.has_open(planes, rows.clone()) {
-                self.coverage.fill(simd, planes, rows, places, &fill, self.centres);
+                self.coverage.fill(simd, planes, rows, places, (&fill, None), self.centres);
             }
         }
     }

@@ -1,0 +1,103 @@
+//! Façades on the fronts of spans.
+
+use super::metric::{Metric, dot};
+use super::plane_lanes::PlaneLanes;
+use crate::detail::{AlongMeans, FacadePattern};
+use crate::simd::{Each, Floats, Kernel, Simd};
+use crate::voxel::{Grid, PAGE_SIDE, PageId, Span};
+use glam::DVec2;
+
+/// Steepest way of a plane along a wall, by which footprints along it are bounded.
+const STEEPEST: f32 = 64.0;
+
+/// Façade of a front in some planes.
+pub(super) struct FacadeFront<'r, V: Simd> {
+    pattern: FacadePattern,
+    along: AlongMeans<V>,
+    /// Depth of the front, metres.
+    depth: V::F,
+    /// Height of the floor over the eye, metres.
+    floor: V::F,
+    /// Tangents of the rows' edges.
+    edges: &'r [f32],
+}
+
+/// Front of a span in the planes that meet it.
+pub(super) struct FrontLanes<V: Simd> {
+    /// East and north of the cell's centre, sides of it.
+    pub at: [V::F; 2],
+    /// Depth, metres.
+    pub depth: V::F,
+    /// Height of the datum above the eye, metres.
+    pub above: V::F,
+}
+
+/// Finds the centre of a cell of a page, metres in the database's system.
+pub(super) fn centre(grid: &Grid, page: PageId, voxel: [u32; 2], shift: u8) -> DVec2 {
+    // The voxel that stands for a coarse cell begins at its middle.
+    let half = if shift == 0 { 0.5 } else { 0.0 };
+    let [x, y] = [page.px * PAGE_SIDE + voxel[0], page.py * PAGE_SIDE + voxel[1]].map(f64::from);
+    grid.origin + (DVec2::new(x, y) + half) * grid.spacing
+}
+
+impl<'r, V: Simd> FacadeFront<'r, V> {
+    /// The façade of a front that looks to `facing`; `None`: it is plain.
+    pub fn of(
+        simd: V,
+        metric: &Metric,
+        (span, facing): (&Span, u8),
+        centre: DVec2,
+        front: &FrontLanes<V>,
+        lanes: &PlaneLanes<V>,
+        edges: &'r [f32],
+    ) -> Option<Self> {
+        let pattern = FacadePattern::of_wall(span, facing, metric.code)?;
+        let tangent = pattern.tangent();
+        let spacing = simd.splat(metric.spacing);
+        let start = simd.splat(pattern.place_along(centre));
+        let along = dot(simd, tangent, front.at).mul_add(spacing, start);
+
+        // The next plane meets the wall's line where its way along it makes up for the one across.
+        let normal = metric.directions[usize::from(facing)];
+        let [ahead, beside] = [lanes.ahead, lanes.beside].each(|way| dot(simd, normal, way));
+        let [along_ahead, along_beside] = [lanes.ahead, lanes.beside].each(|way| dot(simd, tangent, way));
+        let step = (along_ahead * beside / ahead - along_beside).abs() * spacing * front.depth;
+        let extent = step.min(simd.splat(STEEPEST)).max(simd.splat(0.0));
+
+        let floor = simd.splat(metric.scale * f32::from(span.facade.floor)) + front.above;
+        let along = pattern.along(simd, along, extent);
+        Some(Self { pattern, along, depth: front.depth, floor, edges })
+    }
+
+    /// Light in a row of a wall of some light.
+    #[inline(always)]
+    pub fn light(&self, simd: V, row: usize, light: [V::F; 3]) -> [V::F; 3] {
+        simd.call(RowLight { simd, facade: self, row, light })
+    }
+}
+
+/// Light in one row.
+struct RowLight<'f, 'r, V: Simd> {
+    simd: V,
+    facade: &'f FacadeFront<'r, V>,
+    row: usize,
+    light: [V::F; 3],
+}
+
+impl<V: Simd> Kernel for RowLight<'_, '_, V> {
+    type Output = [V::F; 3];
+
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) -> Self::Output {
+        let Self { simd, facade: FacadeFront { pattern, along, depth, floor, edges }, row, light } = self;
+        let edge = |row: usize| edges.get(row).or(edges.last()).copied().unwrap_or_default();
+        let [low, high] = [edge(row), edge(row + 1)];
+        let middle = simd.splat(0.5 * (low + high)) * *depth - *floor;
+        let factors = pattern.factors(simd, along, middle, simd.splat(high - low) * *depth);
+
+        // Planes that do not meet the front may have no numbers.
+        let zero = simd.splat(0.0);
+        let [red, green, blue] = factors;
+        [light[0] * red.max(zero), light[1] * green.max(zero), light[2] * blue.max(zero)]
+    }
+}
