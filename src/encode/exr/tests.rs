@@ -249,6 +249,7 @@ fn further_channels_are_those_of_the_frame() {
             offset: DVec3::new(500_000.0, 4_649_000.0, 0.0),
             points: (0..18).map(|pixel| [pixel as f32, 0.25, f32::INFINITY]).collect(),
         }),
+        synthesis: Some((0..18).map(|pixel| 0.125 * pixel as f32 - 1.0).collect()),
         material: true,
     };
 
@@ -268,6 +269,7 @@ fn further_channels_are_those_of_the_frame() {
     }
 
     assert_eq!((channel("forward.u")[5], channel("forward.v")[5]), (5.0, -2.5));
+    assert_eq!(channel("synthesis")[5], -0.375);
     assert_eq!(["P.X", "P.Y", "P.Z"].map(|name| channel(name)[5]), [5.0, 0.25, f32::INFINITY]);
     assert_eq!(read.entries["hedgehop.position_offset_m"], "500000 4649000 0");
 

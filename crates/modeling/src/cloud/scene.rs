@@ -112,6 +112,7 @@ impl TileScene<'_> {
             parallel: false,
             strip: false,
             joined: [false; 2],
+            facade: None,
         }
     }
 }

@@ -92,6 +92,7 @@ impl StoredSolid {
             parallel: self.flags & PARALLEL != 0,
             strip: self.flags & STRIP != 0,
             joined: JOINED.map(|bit| self.flags & bit != 0),
+            facade: None,
         }
     }
 

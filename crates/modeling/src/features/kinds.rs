@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use hedgehop::voxel::Material;
+use hedgehop::voxel::{FacadeStyle, Material};
 
 /// Class of a whole layer, where its rows do not say it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -147,6 +147,15 @@ pub enum Top {
     Eaves(f64),
 }
 
+/// What façades show of a building.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FacadeKind {
+    /// Use of the building.
+    pub style: FacadeStyle,
+    /// Levels below the roof, where they are stated.
+    pub levels: Option<f64>,
+}
+
 /// A building, or a part of one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Building {
@@ -162,6 +171,8 @@ pub struct Building {
     pub cover: Paint,
     /// A part of a building that may be there as a whole, too.
     pub is_part: bool,
+    /// What its façades show; `None`: they are plain.
+    pub facade: Option<FacadeKind>,
 }
 
 /// Kind of thing that runs along a line with a width.

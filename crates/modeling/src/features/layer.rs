@@ -245,6 +245,8 @@ pub struct LayerOptions {
     pub columns: Columns,
     /// The materials of the place, by whose names rows may say theirs.
     pub materials: Materials,
+    /// Walls of buildings are plain, without façades.
+    pub plain_walls: bool,
 }
 
 /// Rows that are left out, all of them or in part, counted by reason.

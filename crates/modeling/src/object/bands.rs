@@ -106,6 +106,7 @@ mod tests {
             parallel: false,
             strip: false,
             joined: [false; 2],
+            facade: None,
         }
     }
 

@@ -162,6 +162,7 @@ impl Over<'_> {
             parallel: is_parallel && low_m.is_some(),
             strip: false,
             joined: [false; 2],
+            facade: None,
         })
     }
 
@@ -198,6 +199,7 @@ impl Over<'_> {
             parallel: false,
             strip: false,
             joined: [false; 2],
+            facade: None,
         }));
     }
 
@@ -279,6 +281,7 @@ impl Over<'_> {
             parallel: false,
             strip: false,
             joined: [false; 2],
+            facade: None,
         })
     }
 

@@ -324,8 +324,9 @@ fn features(mut table: Fields<'_, '_, '_>, folder: &Path) -> Vec<FeatureFile> {
         }
         named.finish();
     }
+    let plain_walls = !table.take("facades").is_none_or(Spanned::into_inner);
     table.finish();
-    let options = LayerOptions { crs, table: layer, kind, columns, ..LayerOptions::default() };
+    let options = LayerOptions { crs, table: layer, kind, columns, plain_walls, ..LayerOptions::default() };
     paths.into_iter().map(|path| FeatureFile { path, options: options.clone() }).collect()
 }
 

@@ -1,10 +1,10 @@
 //! Buildings and their parts: OpenStreetMap's *Simple 3D Buildings* (wiki, 2024).
 
-use super::super::kinds::{Building, Cap, Meaning, Paint, Rise, Roof, RoofShape, Top, Upright};
+use super::super::kinds::{Building, Cap, FacadeKind, Meaning, Paint, Rise, Roof, RoofShape, Top, Upright};
 use super::colours::{mix, share};
 use super::quantity;
 use super::tags::{LENGTHS, Tags};
-use hedgehop::voxel::Material;
+use hedgehop::voxel::{FacadeStyle, Material};
 
 /// Height of a level, metres.
 const LEVEL: f64 = 3.0;
@@ -43,6 +43,39 @@ fn usual(kind: &str) -> (f64, bool, Material, [u8; 3]) {
     }
 }
 
+/// What façades of a kind of building show, of so many levels and of a material; `None`: it has none.
+fn style(kind: &str, levels: Option<f64>, material: Material) -> Option<FacadeStyle> {
+    /// Levels from which on a house is one of many flats.
+    const FLATS: f64 = 4.0;
+
+    let is_high = levels.is_some_and(|levels| levels >= FLATS);
+    Some(match kind {
+        "house" | "detached" | "semidetached_house" | "terrace" | "bungalow" | "farm" | "cabin" => {
+            FacadeStyle::House
+        }
+        "apartments" | "dormitory" | "hotel" | "hospital" => FacadeStyle::Apartments,
+        "commercial" | "office" | "university" | "government" | "public" => FacadeStyle::Office,
+        "retail" | "supermarket" | "shop" => FacadeStyle::Shop,
+        "industrial" | "warehouse" | "hangar" | "manufacture" | "factory" => FacadeStyle::Hall,
+        "barn" | "farm_auxiliary" | "stable" | "cowshed" | "shed" | "hut" => FacadeStyle::Barn,
+        "church" | "chapel" | "cathedral" | "monastery" | "mosque" | "synagogue" | "temple" => {
+            FacadeStyle::Church
+        }
+        "garage" | "garages" => FacadeStyle::Garage,
+        "roof" | "carport" | "greenhouse" | "ruins" | "bunker" | "kiosk" | "stadium" | "grandstand"
+        | "storage_tank" | "silo" | "tower" | "water_tower" | "transformer_tower" | "bridge" | "tent" => {
+            return None;
+        }
+        _ => match material {
+            Material::Glass => FacadeStyle::Office,
+            Material::Metal => FacadeStyle::Hall,
+            Material::Wood if !is_high => FacadeStyle::Barn,
+            _ if is_high => FacadeStyle::Apartments,
+            _ => FacadeStyle::House,
+        },
+    })
+}
+
 /// A building of which a row says nothing.
 struct Usual {
     /// Eaves are above its lower end.
@@ -75,7 +108,8 @@ pub(super) fn structure(tags: &mut Tags<'_>, round: &Upright) -> Building {
     let kind = tags.kind("building");
     // What is wrong with a value is told once, as of what is round.
     let told = tags.doubts.clone();
-    let building = stated(tags, &kind, false, &Usual { top: Top::Ridge(round.height_m), roof, walls, cover });
+    let usual = Usual { top: Top::Ridge(round.height_m), roof, walls, cover };
+    let building = Building { facade: None, ..stated(tags, &kind, false, &usual) };
     let mut further = tags.doubts.split_off(told.len());
     further.retain(|doubt| !told.contains(doubt));
     tags.doubts.extend(further);
@@ -135,7 +169,13 @@ fn stated(tags: &mut Tags<'_>, kind: &str, is_part: bool, usual: &Usual) -> Buil
     );
     let min_height_m = if hover { (height.min(2.0 * LEVEL) - 0.4).max(0.0) } else { min_height_m };
 
-    Building { top, min_height_m, roof, walls, cover, is_part }
+    // Low levels below a stated lower end are not its own.
+    let levels = counted.map(|levels| levels - min_levels.unwrap_or(0.0));
+    let high = levels.or(said.map(|height| (height - min_height_m) / LEVEL));
+    let style = if tags.options.plain_walls { None } else { style(kind, high, walls.material) };
+    let facade = style.map(|style| FacadeKind { style, levels });
+
+    Building { top, min_height_m, roof, walls, cover, is_part, facade }
 }
 
 /// Reads the roof, and whether its height is said.

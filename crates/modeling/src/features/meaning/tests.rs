@@ -4,7 +4,7 @@ use proptest::prelude::*;
 use super::super::kinds::{Building, Cap, FeatureClass, Leaf, Meaning, Rise, RoofShape, Top, WayKind};
 use super::super::layer::{Area, Attributes, Columns, Geometry, Layer, LayerOptions, Path, Row, Value};
 use super::{Interpreted, interpret, interpret_all};
-use hedgehop::voxel::Material;
+use hedgehop::voxel::{FacadeStyle, Material};
 
 /// A row of tags `key=value …`; `;` stands for a space. A square area, or a point.
 fn row(tags: &str, area: bool) -> Row {
@@ -50,6 +50,42 @@ fn buildings_have_heights_by_what_they_say() {
     assert_eq!(building("building:part=yes building:levels=5 building:min_level=2").min_height_m, 6.0);
     let Top::Eaves(usual) = building("building=house").top else { panic!() };
     assert!((5.0..7.0).contains(&usual), "{usual}");
+}
+
+#[test]
+fn facades_follow_kind_levels_and_material() {
+    use FacadeStyle::{Apartments, Barn, Church, Garage, Hall, House, Office, Shop};
+
+    let style = |tags: &str| building(tags).facade.map(|facade| facade.style);
+    for (tags, wanted) in [
+        ("building=house", Some(House)),
+        ("building=yes", Some(House)),
+        ("building=yes building:levels=6", Some(Apartments)),
+        ("building=yes height=20", Some(Apartments)),
+        ("building=yes building:material=glass", Some(Office)),
+        ("building=yes building:material=wood", Some(Barn)),
+        ("building=apartments", Some(Apartments)),
+        ("building=office", Some(Office)),
+        ("building=retail", Some(Shop)),
+        ("building=warehouse", Some(Hall)),
+        ("building=barn", Some(Barn)),
+        ("building=chapel", Some(Church)),
+        ("building=garages", Some(Garage)),
+        ("building=roof", None),
+        ("building=greenhouse", None),
+    ] {
+        assert_eq!(style(tags), wanted, "{tags}");
+    }
+
+    let levels = |tags: &str| building(tags).facade.unwrap().levels;
+    assert_eq!(levels("building=house"), None);
+    assert_eq!(levels("building:part=yes building:levels=5 building:min_level=2"), Some(3.0));
+
+    let plain = LayerOptions { plain_walls: true, ..LayerOptions::default() };
+    let Meaning::Building(plain) = interpret(&row("building=house", true), &plain).meaning else { panic!() };
+    assert_eq!(plain, Building { facade: None, ..building("building=house") });
+    let Meaning::Structure(tank) = meaning("man_made=storage_tank", true) else { panic!() };
+    assert_eq!(tank.walled.facade, None);
 }
 
 #[test]

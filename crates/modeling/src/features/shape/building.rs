@@ -4,6 +4,7 @@ use glam::DVec2;
 
 use super::super::kinds::{Building, Top};
 use super::super::layer::Area;
+use super::facade::BoundFacade;
 use super::footprint::Footprint;
 use super::patch::{ConvexPatch, HalfPlane};
 use super::roof::{self, RoofPlane};
@@ -18,12 +19,16 @@ pub struct BoundBuilding {
     low_m: Option<f64>,
     /// Height of the eaves, metres.
     eaves_m: f64,
+    /// `None`: its walls are plain.
+    facade: Option<BoundFacade>,
     building: Building,
 }
 
 /// Metres between places of an outline at which the ground is looked at, and most of them.
 const STEP: f64 = 4.0;
 const MOST: usize = 400;
+/// Highest lowest floor above the ground, metres.
+const CELLAR: f64 = 1.2;
 /// Places across it at which the ground is looked at if there is none along its outline.
 const ACROSS: usize = 64;
 /// Parts of a roof that are smaller than this share of a voxel, and sides that are shorter than this share of its side, come from rounding.
@@ -54,6 +59,12 @@ fn lowest(footprint: &Footprint, ground: &dyn Ground) -> Option<f64> {
     heights.reduce(f64::min).or_else(within)
 }
 
+/// Height of the lowest floor on ground that rises along an outline from `base`, metres: that of the highest ground, or of a low cellar.
+fn lowest_floor(base: f64, footprint: &Footprint, ground: &dyn Ground) -> f64 {
+    let heights = footprint.outline(STEP, MOST).into_iter().filter_map(|place| ground.height_at(place));
+    heights.fold(base, f64::max).min(base + CELLAR)
+}
+
 impl BoundBuilding {
     /// A building on the lowest ground along its outline; `None` where there is no ground, or no outline.
     pub fn bind(building: &Building, area: &Area, ground: &dyn Ground) -> Option<Self> {
@@ -70,7 +81,9 @@ impl BoundBuilding {
                 Top::Eaves(height) => height,
             };
         let low_m = (building.min_height_m > 0.0).then_some(base + building.min_height_m);
-        Some(Self { footprint, roof, low_m, eaves_m, building: *building })
+        let floor_m = low_m.unwrap_or_else(|| lowest_floor(base, &footprint, ground));
+        let facade = building.facade.and_then(|kind| BoundFacade::of(kind, &footprint, [floor_m, eaves_m]));
+        Some(Self { footprint, roof, low_m, eaves_m, facade, building: *building })
     }
 
     /// Whether it is a part of a building that may be there as a whole, too.
@@ -214,6 +227,7 @@ impl BoundBuilding {
             wall,
             joined,
             side,
+            facade: self.facade.as_ref().filter(|_| !is_inside).map(|facade| facade.at(centre)),
             ..Solid::level(self.low_m, self.eaves_m + plane.height(centre), cover)
         }
     }

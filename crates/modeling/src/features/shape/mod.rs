@@ -11,6 +11,7 @@
 mod bind;
 mod building;
 mod cover;
+mod facade;
 mod footprint;
 #[cfg(test)]
 mod footprint_tests;

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use glam::{DVec2, dvec2};
 
 use super::super::kinds::Paint;
-use hedgehop::voxel::{Cut, Facade, HeightCode, Span};
+use hedgehop::voxel::{Bays, Cut, Facade, HeightCode, Span};
 
 /// A rectangle of voxels: row-major from the south-west, rows northward.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -147,6 +147,20 @@ pub struct Solid {
     pub strip: bool,
     /// Whether the same thing goes on beyond the first planes of its wall, another plane of its roof.
     pub joined: [bool; 2],
+    /// Façade of its sides; `None`: they are plain.
+    pub facade: Option<SolidFacade>,
+}
+
+/// Façade of a solid.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SolidFacade {
+    /// Heights of the lowest floor and of the uppermost ceiling, metres.
+    pub floor_m: f64,
+    pub eaves_m: f64,
+    /// As in [`Facade`].
+    pub storeys: u8,
+    pub look: u8,
+    pub bays: [Bays; 2],
 }
 
 /// A solid over a voxel of a block.
@@ -178,6 +192,7 @@ impl Solid {
             parallel: false,
             strip: false,
             joined: [false; 2],
+            facade: None,
         }
     }
 
@@ -213,7 +228,7 @@ impl Solid {
             state: opacity | bit(self.parallel, Span::PARALLEL) | bit(self.strip, Span::STRIP) | joined,
             side: self.side,
             material: self.material,
-            facade: Facade::NONE,
+            facade: self.facade.map_or(Facade::NONE, |facade| facade.encode(heights)),
         })
     }
 
@@ -256,6 +271,14 @@ impl Solid {
     }
 }
 
+impl SolidFacade {
+    fn encode(&self, heights: &HeightCode) -> Facade {
+        let Self { storeys, look, bays, .. } = *self;
+        let [floor, eaves] = [self.floor_m, self.eaves_m].map(|height| heights.encode(height));
+        Facade { floor, eaves, storeys, look, bays }
+    }
+}
+
 /// Steps of a cut by which parts of a roof lap over each other where more than two meet.
 const LAP: f64 = 1.0;
 
@@ -265,7 +288,7 @@ fn slope_steps(slope: f64) -> i8 {
 }
 
 /// A direction (radians counter-clockwise from east) in 256ths of a turn.
-fn turn(angle: f64) -> u8 {
+pub(super) fn turn(angle: f64) -> u8 {
     // Casts wrap: a whole turn is none.
     (angle / TAU * 256.0).round().rem_euclid(256.0) as u8
 }

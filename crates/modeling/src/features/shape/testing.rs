@@ -62,7 +62,15 @@ pub(super) fn natural(square: &Square, ground: &dyn Ground) -> Vec<f64> {
 
 pub(super) fn house(shape: RoofShape, rise: Rise) -> Building {
     let roof = Roof { shape, rise, direction: None, across: false, is_guess: false };
-    Building { top: Top::Eaves(6.0), min_height_m: 0.0, roof, walls: PAINT, cover: PAINT, is_part: false }
+    Building {
+        top: Top::Eaves(6.0),
+        min_height_m: 0.0,
+        roof,
+        walls: PAINT,
+        cover: PAINT,
+        is_part: false,
+        facade: None,
+    }
 }
 
 pub(super) fn road(width_m: f64) -> Way {
