@@ -72,7 +72,7 @@ pub struct WallFootprint {
 pub struct AlongMeans<V: Simd> {
     frame: V::F,
     pane: V::F,
-    /// Those of the bays with a door alone.
+    /// Windows in bays with a door alone.
     frame_at_door: V::F,
     pane_at_door: V::F,
     door: V::F,

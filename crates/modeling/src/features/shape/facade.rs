@@ -120,7 +120,7 @@ fn bays_along(length: f64, usual: f64) -> f64 {
     }
 }
 
-/// So many bays of a wall, with a door in one that `entrance` chooses, or in none if there are not too many.
+/// Divides a wall in `count` bays, with a door in the one that `entrance` chooses, or in none if there are not too many.
 fn bays((from, to): (DVec2, DVec2), count: f64, entrance: Option<u64>) -> Bays {
     let along = to - from;
     let angle = (-along.perp()).to_angle();

@@ -157,7 +157,7 @@ pub struct SolidFacade {
     /// Heights of the lowest floor and of the uppermost ceiling, metres.
     pub floor_m: f64,
     pub eaves_m: f64,
-    /// As in [`Facade`].
+    /// Number of storeys, at least 1; look and bays as [`Facade`] has them.
     pub storeys: u8,
     pub look: u8,
     pub bays: [Bays; 2],
