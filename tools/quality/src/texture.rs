@@ -58,6 +58,10 @@ pub struct TextureArgs {
     /// Write everything measured to this file
     #[arg(long, value_name = "FILE.json")]
     json: Option<PathBuf>,
+
+    /// Write the report of the study's own flight to this file
+    #[arg(short, long, value_name = "FILE.txt")]
+    output: Option<PathBuf>,
 }
 
 /// Errors over pixels, in shades or greys.
@@ -95,6 +99,11 @@ struct MeasuredTexture {
 
 /// Runs the mode.
 pub fn run(args: &TextureArgs) -> Result<()> {
+    // What cannot be written is told before all is measured.
+    if let Some(path) = &args.output {
+        Run::new(Settings::default())?.write_report(path)?;
+    }
+
     let window = Window { course_deg: args.course, ..Window::OF_THE_STUDY };
     let tones = PixelTones::new(CyclicCode::default())?;
     let exact = (0..args.frames).map(|frame| window.tones(&tones, REFERENCE, frame)).collect();

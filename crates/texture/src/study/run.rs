@@ -1,6 +1,7 @@
 //! Flight by settings: frames, and a report of them.
 
 use std::fmt::Write as _;
+use std::path::Path;
 
 use hedgehop_base::error::{Error, Result};
 
@@ -112,6 +113,15 @@ impl Run {
             );
         }
         text
+    }
+
+    /// Writes the report to a file, over what is there.
+    ///
+    /// # Errors
+    ///
+    /// The file cannot be written.
+    pub fn write_report(&self, path: &Path) -> Result<()> {
+        std::fs::write(path, self.report()).map_err(|source| Error::io(path, "write the report", source))
     }
 }
 
@@ -227,6 +237,22 @@ mod tests {
             let changed = settings.changed(change).unwrap();
             assert!(shown(changed) != usual, "{change}");
         }
+    }
+
+    #[test]
+    fn reports_go_to_files() {
+        let run = Run::new(small()).unwrap();
+        let folder = std::env::temp_dir().join(format!("hedgehop-study-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let path = folder.join("report.txt");
+        std::fs::write(&path, "a longer report of an earlier flight".repeat(100)).unwrap();
+        run.write_report(&path).unwrap();
+        let text = std::fs::read_to_string(&path).unwrap();
+        // A head, and a line for each of two frames.
+        assert_eq!((text.lines().count(), &text), (3, &run.report()));
+        let error = run.write_report(&folder.join("missing/report.txt")).unwrap_err().to_string();
+        assert!(error.contains("report.txt: cannot write the report"), "{error}");
+        std::fs::remove_dir_all(&folder).unwrap();
     }
 
     #[test]
