@@ -186,6 +186,45 @@ pub enum WayKind {
     Runway,
 }
 
+/// Dashes of a broken line.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Dashes {
+    /// Length of a dash, metres, > 0.
+    pub dash_m: f64,
+    /// Length of a gap, metres, > 0.
+    pub gap_m: f64,
+}
+
+/// Lines painted on a road.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LaneLines {
+    /// Lanes, 1 and more: between them are broken lines.
+    pub lanes: u32,
+    /// Whether all lanes run in the direction of the road's line.
+    pub is_one_way: bool,
+    /// Greatest width of a lane, metres, > 0.
+    pub lane_m: f64,
+    /// Dashes of lines between lanes.
+    pub dashes: Dashes,
+    /// Width of lines between lanes, metres, > 0.
+    pub width_m: f64,
+    /// Width of lines along the edges, metres, > 0; `None`: there are none.
+    pub edge_m: Option<f64>,
+    /// Distance of the middle of edge lines from the edge, metres, ≥ 0.
+    pub inset_m: f64,
+}
+
+/// Rows on farmed ground.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FieldRows {
+    /// Tracks of wheels through a crop.
+    Tramlines,
+    /// Vines.
+    Vines,
+    /// Fruit trees.
+    Fruit,
+}
+
 /// A way.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Way {
@@ -201,6 +240,8 @@ pub struct Way {
     pub is_bridge: bool,
     /// Layer of the way: of several, the one with the greatest number lies above the others.
     pub layer: i32,
+    /// Lines painted on it; `None`: there are none.
+    pub lines: Option<LaneLines>,
 }
 
 /// Wall, fence or hedge.
@@ -312,6 +353,8 @@ pub struct Wood {
     pub density: f64,
     /// Trees that grow there.
     pub leaf: Leaf,
+    /// Rows in which they stand; `None`: by chance.
+    pub rows: Option<FieldRows>,
 }
 
 /// Meaning of a row.
@@ -325,6 +368,8 @@ pub enum Meaning {
     Pavement(Paint),
     /// Natural or farmed ground: its material, and its colour where no imagery shows it.
     Ground(Paint),
+    /// The same with rows on it.
+    Field(Paint, FieldRows),
     /// Flowing water of this width, metres; areas of it are lakes here if they stand still, and rivers if not.
     River(f64),
     /// Standing water.

@@ -39,6 +39,19 @@ pub struct Geometry {
     pub areas: Vec<Area>,
     /// Joints where lines meet those of other rows; known of roads once all layers are.
     pub joints: Vec<Joint>,
+    /// Junctions of its lines with other roads; known likewise.
+    pub junctions: Vec<Junction>,
+}
+
+/// A place where a road's line meets other roads, three arms at least.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Junction {
+    /// Place of the junction, in the units of the system.
+    pub place: DVec2,
+    /// Half the width of the widest other road there, metres.
+    pub half_m: f64,
+    /// Whether the road is wider than all others there, and so goes on through it.
+    pub goes_on: bool,
 }
 
 /// A place where a line meets one of another row.
@@ -93,6 +106,7 @@ impl Geometry {
             lines: self.lines.iter().map(|line| line.transformed(transform)).collect::<Option<_>>()?,
             areas: self.areas.iter().map(area).collect::<Option<_>>()?,
             joints: Vec::new(),
+            junctions: Vec::new(),
         })
     }
 
@@ -247,6 +261,8 @@ pub struct LayerOptions {
     pub materials: Materials,
     /// Walls of buildings are plain, without façades.
     pub plain_walls: bool,
+    /// Roads and fields are plain, without lines and rows.
+    pub plain_ground: bool,
 }
 
 /// Rows that are left out, all of them or in part, counted by reason.

@@ -8,10 +8,12 @@ mod read;
 mod shape;
 
 pub use kinds::{
-    Barrier, Building, Cap, FeatureClass, Leaf, Meaning, Paint, PowerLine, Rise, Roof, RoofShape, Top, Tree,
-    Upright, Way, WayKind, Wire, Wood,
+    Barrier, Building, Cap, Dashes, FeatureClass, FieldRows, LaneLines, Leaf, Meaning, Paint, PowerLine,
+    Rise, Roof, RoofShape, Top, Tree, Upright, Way, WayKind, Wire, Wood,
 };
-pub use layer::{Area, Attributes, Columns, Geometry, Layer, LayerOptions, LeftOut, Path, Row, Value};
+pub use layer::{
+    Area, Attributes, Columns, Geometry, Junction, Layer, LayerOptions, LeftOut, Path, Row, Value,
+};
 pub use meaning::{Interpreted, WATER, colour, interpret, interpret_all, unknown_columns};
 pub(super) use meaning::{length, mix, share};
 pub use place::{Feature, place};

@@ -324,9 +324,11 @@ fn features(mut table: Fields<'_, '_, '_>, folder: &Path) -> Vec<FeatureFile> {
         }
         named.finish();
     }
-    let plain_walls = !table.take("facades").is_none_or(Spanned::into_inner);
+    let mut is_off = |key| !table.take(key).is_none_or(Spanned::into_inner);
+    let (plain_walls, plain_ground) = (is_off("facades"), is_off("markings"));
     table.finish();
-    let options = LayerOptions { crs, table: layer, kind, columns, plain_walls, ..LayerOptions::default() };
+    let named = LayerOptions { crs, table: layer, kind, columns, ..LayerOptions::default() };
+    let options = LayerOptions { plain_ground, plain_walls, ..named };
     paths.into_iter().map(|path| FeatureFile { path, options: options.clone() }).collect()
 }
 

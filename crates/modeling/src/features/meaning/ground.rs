@@ -1,6 +1,6 @@
 //! Natural and farmed ground.
 
-use super::super::kinds::{Meaning, Paint};
+use super::super::kinds::{FieldRows, Meaning, Paint};
 use super::tags::Tags;
 use hedgehop::voxel::Material;
 
@@ -32,5 +32,13 @@ pub(super) fn ground(tags: &mut Tags<'_>, kind: &str) -> Option<Meaning> {
     let columns = &tags.options.columns;
     let columns = [columns.colour.as_ref(), columns.material.as_ref()];
 
-    Some(Meaning::Ground(tags.paint(columns, &["colour"], &["material", "surface"], usual)))
+    let paint = tags.paint(columns, &["colour"], &["material", "surface"], usual);
+    let rows = match paint.material {
+        _ if tags.options.plain_ground => None,
+        Material::Crops => Some(FieldRows::Tramlines),
+        Material::Orchard => Some(FieldRows::Fruit),
+        _ => None,
+    };
+
+    Some(rows.map_or(Meaning::Ground(paint), |rows| Meaning::Field(paint, rows)))
 }

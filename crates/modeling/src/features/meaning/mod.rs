@@ -13,6 +13,7 @@ mod ground;
 mod material;
 mod plants;
 mod quantity;
+mod road_lines;
 mod tags;
 #[cfg(test)]
 mod tests;

@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-use super::super::kinds::{Leaf, Meaning, Paint, Tree, Wood};
+use super::super::kinds::{FieldRows, Leaf, Meaning, Paint, Tree, Wood};
 use super::colours::{mix, share};
 use super::quantity;
 use super::tags::Tags;
@@ -63,5 +63,11 @@ pub(super) fn wood(tags: &mut Tags<'_>, kind: &str) -> Option<Meaning> {
     let columns = &tags.options.columns;
     let said = tags.measured(columns.height.as_ref(), &["height", "est_height"], quantity::length, &HEIGHTS);
     let leaf = leaf(tags).unwrap_or(usual);
-    Some(Meaning::Wood(Wood { height_m: said.unwrap_or(height), density, leaf }))
+    let rows = match kind {
+        _ if tags.options.plain_ground => None,
+        "orchard" => Some(FieldRows::Fruit),
+        "vineyard" => Some(FieldRows::Vines),
+        _ => None,
+    };
+    Some(Meaning::Wood(Wood { height_m: said.unwrap_or(height), density, leaf, rows }))
 }

@@ -364,7 +364,7 @@ tree|wood|tower|silo|storage_tank|line|hedge|river|NW";
 #[test]
 fn natural_ground_has_its_material() {
     let ground = |tags: &str| match meaning(tags, true) {
-        Meaning::Ground(paint) => Some(paint.material),
+        Meaning::Ground(paint) | Meaning::Field(paint, _) => Some(paint.material),
         _ => None,
     };
     assert_eq!(ground("natural=sand"), Some(Material::Sand));

@@ -1,6 +1,7 @@
 //! Roads, railways, runways and flowing water.
 
 use super::super::kinds::{Meaning, Paint, Way, WayKind};
+use super::road_lines::road_lines;
 use super::tags::Tags;
 use hedgehop::voxel::Material;
 
@@ -46,7 +47,8 @@ pub(super) fn road(tags: &mut Tags<'_>, class: &str) -> Option<Meaning> {
     let lane = if matches!(class, "motorway" | "trunk") { 3.6 } else { 3.25 };
     // Shoulders and kerbs belong to what is seen as the road.
     let width_m = said.or_else(|| lanes.map(|lanes| lanes * lane + width * 0.2)).unwrap_or(width);
-    Some(Meaning::Way(way(tags, WayKind::Road, width_m, paint, most_grade)))
+    let lines = road_lines(tags, class, paint, width_m);
+    Some(Meaning::Way(Way { lines, ..way(tags, WayKind::Road, width_m, paint, most_grade) }))
 }
 
 fn surface(tags: &mut Tags<'_>, paint: Paint) -> Paint {
@@ -63,7 +65,7 @@ fn way(tags: &Tags<'_>, kind: WayKind, width_m: f64, paint: Paint, most_grade: f
     let layer = tags.text("layer").and_then(|layer| layer.parse().ok()).unwrap_or(0);
     // dBASE says T and F, and so do extracts.
     let is_bridge = tags.yes("bridge").is_some_and(|bridge| bridge != "abandoned");
-    Way { kind, width_m, paint, most_grade, is_bridge, layer }
+    Way { kind, width_m, paint, most_grade, is_bridge, layer, lines: None }
 }
 
 /// A railway; `None` for what is none any more, or runs elsewhere.

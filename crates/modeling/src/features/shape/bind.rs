@@ -58,7 +58,7 @@ pub fn bind(meaning: &Meaning, geometry: &Geometry, hash: u64, ground: &dyn Grou
             .map(|bridge| Bound::Bridge(Box::new(bridge)))
             .collect(),
         Meaning::Way(way) => lines()
-            .filter_map(|line| BoundWay::bind(way, &geometry.joints, line, ground))
+            .filter_map(|line| BoundWay::bind(way, geometry, line, ground))
             .map(|way| Bound::Way(Box::new(way)))
             .collect(),
         Meaning::River(width) => {
@@ -80,6 +80,9 @@ pub fn bind(meaning: &Meaning, geometry: &Geometry, hash: u64, ground: &dyn Grou
         Meaning::Ground(paint) => {
             footprints().map(|footprint| Bound::Cover(Box::new(covering(footprint, *paint, true)))).collect()
         }
+        Meaning::Field(paint, rows) => footprints()
+            .map(|footprint| Bound::Cover(Box::new(BoundCover::field(footprint, *paint, *rows, hash))))
+            .collect(),
 
         // What stands on it.
         Meaning::Barrier(barrier) => {
@@ -107,7 +110,7 @@ pub fn bind(meaning: &Meaning, geometry: &Geometry, hash: u64, ground: &dyn Grou
         }
         Meaning::Trees(tree, step) => trees(tree, *step, geometry, hash, ground),
         Meaning::Wood(wood) => {
-            footprints().map(|footprint| Bound::Wood(BoundWood { footprint, wood: *wood })).collect()
+            footprints().map(|footprint| Bound::Wood(BoundWood::of(footprint, *wood, hash))).collect()
         }
         Meaning::Bridge(paint) => areas().filter_map(|area| deck(area, *paint, ground)).collect(),
         Meaning::Unknown | Meaning::Hidden(_) => Vec::new(),
@@ -116,7 +119,7 @@ pub fn bind(meaning: &Meaning, geometry: &Geometry, hash: u64, ground: &dyn Grou
 
 /// A cover of an area that leaves its heights.
 fn covering(footprint: Footprint, paint: Paint, is_ground: bool) -> BoundCover {
-    BoundCover { footprint, level_m: None, paint, is_ground }
+    BoundCover { footprint, level_m: None, paint, rows: None, is_ground }
 }
 
 fn uprights(upright: &Upright, geometry: &Geometry, ground: &dyn Ground) -> Vec<Bound> {
@@ -173,6 +176,7 @@ fn deck(area: &Area, paint: Paint, ground: &dyn Ground) -> Option<Bound> {
         most_grade: 0.08,
         is_bridge: true,
         layer: 1,
+        lines: None,
     };
     BoundBridge::bind(&way, line, ground).map(|bridge| Bound::Bridge(Box::new(bridge)))
 }
@@ -263,6 +267,7 @@ impl Bound {
             Self::Way(way) => way.grade(square, natural),
             Self::Cover(cover) => cover.grade(square),
             Self::Bridge(bridge) => bridge.grade(square),
+            Self::Wood(wood) => wood.grade(square),
             _ => Vec::new(),
         }
     }

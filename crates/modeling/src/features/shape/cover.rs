@@ -2,14 +2,17 @@
 
 use glam::DVec2;
 
-use super::super::kinds::{Barrier, Leaf, Paint, Tree, Wood};
+use super::super::kinds::{Barrier, FieldRows, Leaf, Paint, Tree, Wood};
 use super::super::meaning::{WATER, crown, mix};
+use super::field_rows::RowLattice;
 use super::footprint::Footprint;
 use super::ribbon::{Ends, Line};
 use super::round::{BoundTree, chance};
 use super::solid::{Ground, PlacedSolid, Solid, Square, Wall};
+use super::strips::Strips;
 use super::tree_kind::{PlacedTree, TALLER, TreeKind, WIDER};
 use super::way::{Graded, Rank};
+use hedgehop::voxel::Material;
 
 /// An area with a surface of its own; level, if it has a level.
 #[derive(Debug, Clone, PartialEq)]
@@ -18,6 +21,8 @@ pub struct BoundCover {
     /// Height of all of its ground, metres; `None`: as it is.
     pub(super) level_m: Option<f64>,
     pub(super) paint: Paint,
+    /// Rows on it, and their paint.
+    pub(super) rows: Option<(Strips, Paint)>,
     /// Whether it is the ground itself, and not something on it.
     pub(super) is_ground: bool,
 }
@@ -34,7 +39,14 @@ impl BoundCover {
         let mut heights: Vec<f64> = outline.into_iter().filter_map(|place| ground.height_at(place)).collect();
         heights.sort_by(f64::total_cmp);
         let level = heights.get((SHORE * heights.len() as f64) as usize)?;
-        Some(Self { level_m: Some(*level), footprint, paint: WATER, is_ground: false })
+        Some(Self { level_m: Some(*level), footprint, paint: WATER, rows: None, is_ground: false })
+    }
+
+    /// Farmed ground with rows; `hash` tells it from other fields.
+    pub(super) fn field(footprint: Footprint, paint: Paint, rows: FieldRows, hash: u64) -> Self {
+        let strips = RowLattice::of(rows, &footprint, hash).strips(rows, &footprint);
+        let rows = Some((strips, row_paint(rows, paint)));
+        Self { footprint, level_m: None, paint, rows, is_ground: true }
     }
 
     /// Grades the ground.
@@ -50,8 +62,38 @@ impl BoundCover {
             paint: Some((self.paint, cover.share)),
             ..Graded::any(square.index(cover.column, cover.row), rank)
         };
-        self.footprint.cover(square).into_iter().map(grade).collect()
+        let mut graded: Vec<Graded> = self.footprint.cover(square).into_iter().map(grade).collect();
+        if let Some((strips, paint)) = &self.rows {
+            graded.extend(of_rows(strips, *paint, square));
+        }
+        graded
     }
+}
+
+/// Paints rows on the ground.
+fn of_rows(strips: &Strips, paint: Paint, square: &Square) -> impl Iterator<Item = Graded> {
+    let shares = strips.shares(square).into_iter();
+    shares
+        .map(move |(index, share)| Graded { paint: Some((paint, share)), ..Graded::any(index, Rank::Ground) })
+}
+
+/// Tilled ground.
+const TILLED: [u8; 3] = [142, 122, 94];
+
+/// Paint of rows on a surface: soil under plants; of a crop that wheels have pressed down something is left.
+fn row_paint(rows: FieldRows, surface: Paint) -> Paint {
+    match rows {
+        FieldRows::Tramlines => {
+            let mean = |channel: usize| surface.colour[channel].midpoint(TILLED[channel]);
+            Paint { colour: std::array::from_fn(mean).map(darker), ..surface }
+        }
+        FieldRows::Vines | FieldRows::Fruit => Paint { colour: TILLED, material: surface.material },
+    }
+}
+
+/// Colour in the shadow of the stalks beside, sRGB.
+fn darker(code: u8) -> u8 {
+    code / 8 * 7
 }
 
 /// Course of a barrier.
@@ -124,6 +166,8 @@ impl BoundBarrier {
 pub struct BoundWood {
     pub(super) footprint: Footprint,
     pub(super) wood: Wood,
+    /// Rows in which trees stand, and ground below them.
+    rows: Option<(RowLattice, Strips)>,
 }
 
 /// Share to either side by which heights of trees differ.
@@ -133,6 +177,23 @@ const SLENDER: f64 = 0.45;
 const CROWDED: f64 = 1.35;
 
 impl BoundWood {
+    /// A wood over an outline; `hash` tells it from others.
+    pub(super) fn of(footprint: Footprint, wood: Wood, hash: u64) -> Self {
+        let rows = wood.rows.map(|rows| {
+            let lattice = RowLattice::of(rows, &footprint, hash);
+            let strips = lattice.strips(rows, &footprint);
+            (lattice, strips)
+        });
+        Self { footprint, wood, rows }
+    }
+
+    /// Grades the ground: tilled under rows.
+    pub fn grade(&self, square: &Square) -> Vec<Graded> {
+        let Some((_, strips)) = &self.rows else { return Vec::new() };
+        let paint = Paint { colour: TILLED, material: Material::Soil };
+        of_rows(strips, paint, square).collect()
+    }
+
     /// Farthest that a crown reaches from its tree, metres.
     pub(super) fn reach(&self) -> f64 {
         self.wood.height_m * (1.0 + HEIGHTS) * SLENDER * WIDER
@@ -161,7 +222,13 @@ impl BoundWood {
         let mut shares = vec![0.0; grown.columns * grown.rows];
         covers.iter().for_each(|cover| shares[grown.index(cover.column, cover.row)] = cover.share);
         let [west, south, east, north] = grown.bounds();
-        let range = |low: f64, high: f64| (low / cell).floor() as i64..=(high / cell).floor() as i64;
+        // Voxels as wide as rows are apart show none.
+        let lattice = self.rows.as_ref().map(|(lattice, _)| *lattice);
+        let lattice = lattice.filter(|lattice| lattice.step > square.spacing);
+        let moved = lattice.map_or(0.0, |lattice| 0.5 * lattice.step);
+        let range = |low: f64, high: f64| {
+            ((low - moved) / cell).floor() as i64..=((high + moved) / cell).floor() as i64
+        };
         let mut trees = Vec::new();
 
         for j in range(south, north) {
@@ -169,6 +236,7 @@ impl BoundWood {
                 let hash = mix((i as u64) ^ mix(j as u64));
                 let jitter = DVec2::new(chance(hash, 0), chance(hash, 1)) * 0.7 + 0.15;
                 let place = (DVec2::new(i as f64, j as f64) + jitter) * cell;
+                let place = lattice.map_or(place, |lattice| lattice.nearest(place));
                 let (columns, rows) = grown.touched([place.x, place.y, place.x, place.y]);
                 let (Some(column), Some(row)) = (columns.into_iter().next(), rows.into_iter().next()) else {
                     continue;

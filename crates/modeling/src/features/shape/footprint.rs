@@ -302,7 +302,7 @@ fn windings(rings: &[Vec<DVec2>], place: DVec2) -> i32 {
     edges.map(crosses).sum()
 }
 
-fn clip_all(rings: &[Vec<DVec2>], low: DVec2, high: DVec2) -> Vec<Vec<DVec2>> {
+pub(super) fn clip_all(rings: &[Vec<DVec2>], low: DVec2, high: DVec2) -> Vec<Vec<DVec2>> {
     rings.iter().map(|ring| clipped(ring, low, high)).filter(|ring| ring.len() > 2).collect()
 }
 
@@ -315,7 +315,7 @@ fn clipped(ring: &[DVec2], low: DVec2, high: DVec2) -> Vec<DVec2> {
 }
 
 /// Clips a ring to where its distance is 0 and more.
-fn clip(ring: &[DVec2], distance: impl Fn(DVec2) -> f64) -> Vec<DVec2> {
+pub(super) fn clip(ring: &[DVec2], distance: impl Fn(DVec2) -> f64) -> Vec<DVec2> {
     let mut kept = Vec::with_capacity(ring.len() + 4);
     let Some(&last) = ring.last() else { return kept };
     let (mut before, mut was) = (last, distance(last));

@@ -12,10 +12,15 @@ mod bind;
 mod building;
 mod cover;
 mod facade;
+mod field_rows;
 mod footprint;
 #[cfg(test)]
 mod footprint_tests;
 mod frame;
+mod junctions;
+mod lane_lines;
+#[cfg(test)]
+mod marking_tests;
 mod patch;
 mod prepare;
 mod profile;
@@ -26,6 +31,7 @@ mod roof_tests;
 mod round;
 mod sectors;
 mod solid;
+mod strips;
 #[cfg(test)]
 mod testing;
 #[cfg(test)]

@@ -9,11 +9,12 @@ use super::super::layer::{Area, Geometry, Joint, Path};
 use super::super::place::Feature;
 use super::footprint::Footprint;
 use super::frame::{Frame, hull};
+use super::junctions;
 
 /// Ends of ways that meet are at one node, which transforms may move by rounding: centimetres.
-type Node = (i64, i64);
+pub(super) type Node = (i64, i64);
 
-fn node(place: DVec2) -> Node {
+pub(super) fn node(place: DVec2) -> Node {
     // Casts saturate.
     ((place.x * 100.0).round() as i64, (place.y * 100.0).round() as i64)
 }
@@ -97,6 +98,7 @@ const COVERED: f64 = 0.6;
 pub fn prepare(features: &mut [Feature]) {
     join_bridges(features);
     join_roads(features);
+    junctions::find(features);
     carry_lines(features);
     drop_outlines(features);
 }

@@ -91,6 +91,11 @@ impl Line {
         self.along.get(index).copied()
     }
 
+    /// Returns the distance of each place along the line, metres.
+    pub fn distances(&self) -> &[f64] {
+        &self.along
+    }
+
     /// Returns the places of the line.
     pub fn places(&self) -> &[DVec2] {
         &self.places

@@ -74,5 +74,13 @@ pub(super) fn house(shape: RoofShape, rise: Rise) -> Building {
 }
 
 pub(super) fn road(width_m: f64) -> Way {
-    Way { kind: WayKind::Road, width_m, paint: PAINT, most_grade: 0.1, is_bridge: false, layer: 0 }
+    Way {
+        kind: WayKind::Road,
+        width_m,
+        paint: PAINT,
+        most_grade: 0.1,
+        is_bridge: false,
+        layer: 0,
+        lines: None,
+    }
 }

@@ -460,7 +460,7 @@ fn trees_have_crowns_above_their_stems() {
 fn everything(middle: DVec2, turn: DVec2) -> Vec<Bound> {
     let ring = rectangle(middle, dvec2(9.0, 5.0), turn);
     let bend = [middle - turn * 30.0, middle, middle + turn.perp() * 25.0];
-    let wood = Wood { height_m: 12.0, density: 400.0, leaf: Leaf::Mixed };
+    let wood = Wood { height_m: 12.0, density: 400.0, leaf: Leaf::Mixed, rows: None };
 
     let tower = Upright {
         height_m: 20.0,

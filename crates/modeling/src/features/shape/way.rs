@@ -8,11 +8,13 @@
 //! ```
 
 use super::super::kinds::{Paint, Way, WayKind};
-use super::super::layer::Joint;
+use super::super::layer::Geometry;
 use super::super::meaning::WATER;
+use super::lane_lines::lane_lines;
 use super::profile::{FixedPlace, Profile};
 use super::ribbon::{Cross, Ends, Line};
 use super::solid::{Ground, PlacedSolid, Solid, Square, Wall};
+use super::strips::Strips;
 use hedgehop::voxel::Material;
 
 /// Rise over run of embankments and cuttings.
@@ -94,15 +96,23 @@ pub struct BoundWay {
     cross_slope: f64,
     ends: Ends,
     paint: Paint,
+    /// Lines painted on it.
+    lines: Strips,
     rank: Rank,
 }
 
+/// Paint of lines on roads of a surface, somewhat worn.
+fn line_paint(surface: Paint) -> Paint {
+    Paint { colour: [222, 222, 216], ..surface }
+}
+
 impl BoundWay {
-    /// A way, and where it meets others; `None` where there is no ground.
-    pub(super) fn bind(way: &Way, joints: &[Joint], line: Line, ground: &dyn Ground) -> Option<Self> {
+    /// A way, and where its geometry says that it meets others; `None` where there is no ground.
+    pub(super) fn bind(way: &Way, geometry: &Geometry, line: Line, ground: &dyn Ground) -> Option<Self> {
         let natural = Profile::of_ground(&line, ground)?;
         let window = if way.kind == WayKind::Road { SMOOTH } else { 3.0 * SMOOTH };
-        let fixed: Vec<_> = joints
+        let fixed: Vec<_> = geometry
+            .joints
             .iter()
             .filter_map(|joint| Some(FixedPlace { along: line.along_of(joint.place)?, level: joint.half_m }))
             .collect();
@@ -115,6 +125,10 @@ impl BoundWay {
         let cross_slope = if way.kind == WayKind::Road { CROSS_SLOPE } else { 0.0 };
         let ends = if way.kind == WayKind::Runway { Ends::Butt } else { Ends::Round };
 
+        let lines = way.lines.as_ref();
+        let lines =
+            lines.map(|lines| lane_lines(lines, half, &line, &geometry.junctions)).unwrap_or_default();
+
         Some(Self {
             line,
             half,
@@ -123,6 +137,7 @@ impl BoundWay {
             cross_slope,
             ends,
             paint: way.paint,
+            lines,
             rank: Rank::Way(way.layer, (100.0 * way.width_m) as u32),
         })
     }
@@ -141,6 +156,7 @@ impl BoundWay {
             cross_slope: 0.0,
             ends: Ends::Round,
             paint: WATER,
+            lines: Strips::default(),
             rank: Rank::River,
         })
     }
@@ -173,7 +189,18 @@ impl BoundWay {
             })
         };
         let reach = self.reach.max(self.half + square.spacing);
-        self.line.crosses(square, reach, self.ends).into_iter().filter_map(grade).collect()
+        let mut graded: Vec<Graded> =
+            self.line.crosses(square, reach, self.ends).into_iter().filter_map(grade).collect();
+        if !self.lines.is_empty() {
+            let has_ground =
+                |(index, _): &(usize, f64)| natural.get(*index).is_some_and(|height| height.is_finite());
+            let lines = self.lines.shares(square).into_iter().filter(has_ground);
+            graded.extend(lines.map(|(index, share)| Graded {
+                paint: Some((line_paint(self.paint), share)),
+                ..Graded::any(index, self.rank)
+            }));
+        }
+        graded
     }
 }
 
