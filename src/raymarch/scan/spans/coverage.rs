@@ -89,6 +89,13 @@ pub struct SpanCoverage {
     lowest: [i32; LANES],
 }
 
+/// Face of a span that rows are filled with.
+pub(super) struct FilledFace<'f, V: Simd> {
+    pub fill: &'f Fill<V>,
+    /// `None`: the light is the same in all rows.
+    pub facade: Option<&'f FacadeFront<'f, V>>,
+}
+
 impl SpanCoverage {
     /// Empties it for so many rows.
     pub(super) fn begin(&mut self, rows: usize, has_depths: bool) {
@@ -174,9 +181,10 @@ impl SpanCoverage {
         planes: u16,
         rows: Range<usize>,
         places: [V::F; 2],
-        (fill, facade): (&Fill<V>, Option<&FacadeFront<'_, V>>),
+        seen: &FilledFace<'_, V>,
         centres: &[f32],
     ) {
+        let FilledFace { fill, facade } = *seen;
         let fill = fill.of_planes(simd, simd.mask(planes));
         for row in rows {
             let open = planes & !self.full[row];

@@ -1,7 +1,7 @@
 //! Spans of a voxel, where planes cross them.
 
-use super::coverage::SpanCoverage;
-use super::facade::{FacadeFront, FrontLanes, centre};
+use super::coverage::{FilledFace, SpanCoverage};
+use super::facade::{FacadeFront, FacedWall, FrontLanes, centre};
 use super::fill::{Fill, Haze, LinearTerm, PlanePassage};
 use super::front::{Front, FrontPlace};
 use super::horizon::FloatingHorizon;
@@ -325,8 +325,8 @@ impl<'c, L: FacetLight, V: Simd> VoxelCrossing<'c, '_, L, V> {
                     false => (left, None),
                 };
                 left &= !planes;
-                let fill = (&fill, facade.as_ref());
-                self.coverage.fill(simd, planes, rows.clone(), places, fill, self.centres);
+                let seen = FilledFace { fill: &fill, facade: facade.as_ref() };
+                self.coverage.fill(simd, planes, rows.clone(), places, &seen, self.centres);
             }
         }
     }
@@ -374,9 +374,9 @@ impl<'c, L: FacetLight, V: Simd> VoxelCrossing<'c, '_, L, V> {
         front.facing.store(&mut facings);
         let facing = facings[planes.trailing_zeros() as usize];
         let same = front.facing.eq(simd.splat_int(facing)).bits() & planes;
-        let place = centre(&self.metric.grid, self.page, self.voxel, self.metric.shift);
-        let of = (span, facing as u8);
-        (same, FacadeFront::of(simd, self.metric, of, place, lanes, self.lanes, self.edges))
+        let centre = centre(&self.metric.grid, self.page, self.voxel, self.metric.shift);
+        let wall = FacedWall { span, facing: facing as u8, centre };
+        (same, FacadeFront::of(simd, self.metric, &wall, lanes, self.lanes, self.edges))
     }
 
     /// Finds inverse depth along an end of a span, and its rise to the next plane; where the end is not seen, those of the front.

@@ -22,6 +22,15 @@ pub(super) struct FacadeFront<'r, V: Simd> {
     edges: &'r [f32],
 }
 
+/// Wall of a cell that has a façade.
+pub(super) struct FacedWall<'s> {
+    pub span: &'s Span,
+    /// Direction that the wall looks in, 256ths of a turn counter-clockwise from east.
+    pub facing: u8,
+    /// Centre of the cell, metres in the database's system.
+    pub centre: DVec2,
+}
+
 /// Front of a span in the planes that meet it.
 pub(super) struct FrontLanes<V: Simd> {
     /// East and north of the cell's centre, sides of it.
@@ -41,16 +50,16 @@ pub(super) fn centre(grid: &Grid, page: PageId, voxel: [u32; 2], shift: u8) -> D
 }
 
 impl<'r, V: Simd> FacadeFront<'r, V> {
-    /// The façade of a front that looks to `facing`; `None`: it is plain.
+    /// The façade of a wall's front; `None`: it is plain.
     pub fn of(
         simd: V,
         metric: &Metric,
-        (span, facing): (&Span, u8),
-        centre: DVec2,
+        wall: &FacedWall<'_>,
         front: &FrontLanes<V>,
         lanes: &PlaneLanes<V>,
         edges: &'r [f32],
     ) -> Option<Self> {
+        let FacedWall { span, facing, centre } = *wall;
         let pattern = FacadePattern::of_wall(span, facing, metric.code)?;
         let tangent = pattern.tangent();
         let spacing = simd.splat(metric.spacing);

@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use proptest::sample::select;
 
 use super::super::fill::{Fill, Haze, LinearTerm, PlanePassage};
-use super::SpanCoverage;
+use super::{FilledFace, SpanCoverage};
 use crate::simd::{Floats, Ints, Isa, Kernel, LANES, Simd, Sixteen};
 
 proptest! {
@@ -122,7 +122,14 @@ impl Kernel for Fills<'_> {
                 places.map(|places| simd.load(&places).select(simd.mask(planes), simd.splat(f32::NAN)));
             let rows = self.coverage.rows_between(simd, simd.mask(planes), places);
             if self.coverage.has_open(planes, rows.clone()) {
-                self.coverage.fill(simd, planes, rows, places, (&fill, None), self.centres);
+                self.coverage.fill(
+                    simd,
+                    planes,
+                    rows,
+                    places,
+                    &FilledFace { fill: &fill, facade: None },
+                    self.centres,
+                );
             }
         }
     }
