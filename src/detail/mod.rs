@@ -34,5 +34,5 @@ pub use facade::{AlongMeans, FacadePattern, WallFootprint};
 pub use ground_tile::{FADING, GroundTile};
 pub use measure::DetailMeasure;
 pub use posts::{DETAIL_MARGIN, DETAIL_RING, DetailPosts, DetailSource};
-pub use synthesis::{DetailTiles, Synthesis};
+pub use synthesis::{DetailTiles, SunAngles, Synthesis};
 pub use walls::{LEAST_TOWARD, WALL_SCALE};

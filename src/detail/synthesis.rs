@@ -14,7 +14,6 @@ use std::sync::{Arc, Mutex, PoisonError};
 use hedgehop_texture::{Generator, MicroRelief};
 
 use super::ground_tile::GroundTile;
-use crate::sunlight::Sun;
 use crate::voxel::{DetailRecord, Header};
 use hedgehop_base::error::Result;
 
@@ -31,6 +30,15 @@ pub struct Synthesis {
     pub tiles: Arc<DetailTiles>,
     /// Factor on the amplitudes that imagery asks for, > 0.
     pub strength: f64,
+}
+
+/// Place of the sun in the sky.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SunAngles {
+    /// Clockwise from grid north, degrees.
+    pub azimuth: f64,
+    /// Above the horizon, degrees.
+    pub elevation: f64,
 }
 
 /// Tiles over the ground and over walls.
@@ -68,7 +76,7 @@ impl Synthesis {
     ///
     /// # Errors
     /// The pattern that the database asks for has nothing below the voxel.
-    pub fn of(header: &Header, factor: f64, sun: Sun) -> Result<Option<Self>> {
+    pub fn of(header: &Header, factor: f64, sun: SunAngles) -> Result<Option<Self>> {
         let usual = DetailRecord::default();
         let record = header.metadata.detail.as_ref().unwrap_or(&usual);
         let strength = factor * record.strength;
@@ -84,12 +92,12 @@ impl DetailTiles {
     ///
     /// # Errors
     /// The pattern has nothing below the voxel, or a parameter that is out of its range.
-    pub fn of(record: &DetailRecord, sun: Sun) -> Result<Arc<Self>> {
+    pub fn of(record: &DetailRecord, sun: SunAngles) -> Result<Arc<Self>> {
         let key = TileKey {
             pattern: record.pattern,
             seed: record.seed,
             ground: ReliefLight::of_sun(record.relief, sun),
-            walls: ReliefLight::of_sun(record.relief, Sun { azimuth: 0.0, elevation: 45.0 }),
+            walls: ReliefLight::of_sun(record.relief, SunAngles { azimuth: 0.0, elevation: 45.0 }),
         };
 
         // Whoever asks meanwhile waits for these.
@@ -119,9 +127,9 @@ impl DetailTiles {
 }
 
 impl ReliefLight {
-    fn of_sun(relief: f64, sun: Sun) -> Self {
+    fn of_sun(relief: f64, sun: SunAngles) -> Self {
         let elevation = sun.elevation.to_radians();
-        let share = match sun.is_up() {
+        let share = match sun.elevation > 0.0 {
             true => (relief * elevation.cos()).atan2(elevation.sin()).clamp(0.0, FRAC_PI_2),
             false => 0.0,
         };
@@ -137,8 +145,8 @@ mod tests {
     use super::*;
     use glam::DVec2;
 
-    fn sun(azimuth: f64, elevation: f64) -> Sun {
-        Sun { azimuth, elevation }
+    fn sun(azimuth: f64, elevation: f64) -> SunAngles {
+        SunAngles { azimuth, elevation }
     }
 
     #[test]

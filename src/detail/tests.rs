@@ -6,7 +6,6 @@ use proptest::prelude::*;
 use super::walls::STEEP;
 use super::*;
 use crate::simd::{Floats, Isa, Kernel, LANES, Simd};
-use crate::sunlight::Sun;
 use crate::voxel::{
     Attributes, DetailRecord, Grid, Material, MemPages, Metadata, PageId, PageSource, build_in_memory,
 };
@@ -16,7 +15,7 @@ const SIDE: u32 = 40;
 
 /// Tiles of a database that asks for nothing, under a sun of the morning.
 fn usual() -> std::sync::Arc<DetailTiles> {
-    DetailTiles::of(&DetailRecord::default(), Sun::default()).unwrap()
+    DetailTiles::of(&DetailRecord::default(), SunAngles { azimuth: 135.0, elevation: 40.0 }).unwrap()
 }
 
 /// Level ground of the colours that `colour` gives posts.

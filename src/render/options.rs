@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::detail::Synthesis;
+use crate::detail::{SunAngles, Synthesis};
 use crate::earth::Curvature;
 use crate::raymarch::{SPAN_PIXELS, Surface};
 use crate::sensor::VisualSensor;
@@ -108,7 +108,8 @@ impl RenderOptions {
     /// The pattern that the database asks for has nothing below the voxel.
     pub(super) fn synthesis(&self, header: &Header) -> Result<Option<Synthesis>> {
         let factor = if self.surface == Surface::Blocks { 0.0 } else { self.detail_synthesis };
-        Synthesis::of(header, factor, self.sun)
+        let Sun { azimuth, elevation } = self.sun;
+        Synthesis::of(header, factor, SunAngles { azimuth, elevation })
     }
 
     /// Returns the shadows over a database with this header, within a budget in bytes; `None`: nothing lies in shadow.

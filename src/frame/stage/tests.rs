@@ -9,12 +9,11 @@ use super::cell::{Cell, Scale};
 use super::rows::{ChunkLights, SegmentLights};
 use super::segment_light::{ChunkDetail, GROUND, PlaneLight, WALL};
 use super::{DetailView, EdgeSums, PlaneAir, RowDetail, RowFill};
-use crate::detail::{DetailTiles, Synthesis};
+use crate::detail::{DetailTiles, SunAngles, Synthesis};
 use crate::raymarch::scan::{
     NO_SLOPE, PlaneGroup, Post, Profile, RowCoordinate, RowTable, SampleLine, VisibleSegment,
 };
 use crate::simd::{Floats, Ints, Isa, Kernel, LANES, Simd, Sixteen};
-use crate::sunlight::Sun;
 use crate::voxel::{DetailRecord, Grid};
 use crate::weather::{Atmosphere, AtmosphereLanes};
 use hedgehop_base::error::Result;
@@ -284,7 +283,7 @@ proptest! {
             // Detail of 0.3 at most: some rows have it, whatever was in the memory before.
             let rough: Vec<PlaneLight> = lights.iter().map(|light| with_deviation(light, 0.3)).collect();
             let eye = DVec3::new(70.0, 90.0, 100.0);
-            let tiles = DetailTiles::of(&DetailRecord::default(), Sun::default()).unwrap();
+            let tiles = DetailTiles::of(&DetailRecord::default(), SunAngles { azimuth: 135.0, elevation: 40.0 }).unwrap();
             let synthesis = &Synthesis { tiles, strength: 1.0 };
             let view = DetailView { synthesis, eye, angle: 1.0e-3, row: 1.0e-3, spacing: 1.0 };
             let detail = Some(RowDetail::new(&planes(), &view));

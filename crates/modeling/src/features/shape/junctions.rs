@@ -7,7 +7,7 @@ use glam::DVec2;
 use super::super::kinds::{Meaning, Way, WayKind};
 use super::super::layer::Junction;
 use super::super::place::Feature;
-use super::prepare::{Node, node};
+use super::node::{Node, node};
 
 /// Narrowest road that others end their lines at, metres: paths only cross them.
 const NARROWEST: f64 = 2.5;

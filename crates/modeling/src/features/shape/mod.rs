@@ -21,6 +21,7 @@ mod junctions;
 mod lane_lines;
 #[cfg(test)]
 mod marking_tests;
+mod node;
 mod patch;
 mod prepare;
 mod profile;

@@ -10,14 +10,7 @@ use super::super::place::Feature;
 use super::footprint::Footprint;
 use super::frame::{Frame, hull};
 use super::junctions;
-
-/// Ends of ways that meet are at one node, which transforms may move by rounding: centimetres.
-pub(super) type Node = (i64, i64);
-
-pub(super) fn node(place: DVec2) -> Node {
-    // Casts saturate.
-    ((place.x * 100.0).round() as i64, (place.y * 100.0).round() as i64)
-}
+use super::node::{Node, node};
 
 /// Joins ways over bridges that go on in each other (where they have other lanes, or another surface), so that decks run from bank to bank: the
 /// first keeps its meaning, and the others lose their form. Places are metres of the database's system.
