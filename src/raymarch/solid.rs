@@ -309,7 +309,7 @@ impl Measure {
     }
 
     /// Place of a ray at a range, east and north of a voxel's centre in units, sides of the voxel.
-    fn from_centre(&self, ray: &GridRay, centre: DVec2, range: f64) -> DVec2 {
+    fn about_centre(&self, ray: &GridRay, centre: DVec2, range: f64) -> DVec2 {
         (ray.at(range).truncate() - centre) / f64::from(1_u32 << self.shift)
     }
 
@@ -319,7 +319,7 @@ impl Measure {
         let centre = corner + 0.5 * extent;
         let ranges = [step.enter, step.leave];
         let (at, heights) = (
-            ranges.map(|range| self.from_centre(ray, centre, range)),
+            ranges.map(|range| self.about_centre(ray, centre, range)),
             ranges.map(|range| ray.height_at(range)),
         );
         // The side of the voxel through which the ray came is the one that it is nearest to.
@@ -402,7 +402,7 @@ impl Measure {
         let is_side = enter == passage.ranges[0];
         let is_joint = through.is_some_and(|(index, at)| at == enter && span.is_joined(index));
         if is_side || is_joint {
-            let (at, above) = (self.from_centre(ray, passage.centre, enter), ray.height_at(enter) - high);
+            let (at, above) = (self.about_centre(ray, passage.centre, enter), ray.height_at(enter) - high);
             let before = |(_, normal, distance): &(usize, DVec2, f64)| distance - normal.dot(at);
             let nearest = walls.iter().flatten().min_by(|a, b| before(a).total_cmp(&before(b)));
             if is_side && span.cuts[0].is_round() {
@@ -434,7 +434,7 @@ impl Measure {
         let way = (leave - enter) / unit;
         let opacity = if opacity < 1.0 { 1.0 - (1.0 - opacity).powf(way) } else { 1.0 };
 
-        let place = passage.within + self.from_centre(ray, passage.centre, enter) * self.spacing;
+        let place = passage.within + self.about_centre(ray, passage.centre, enter) * self.spacing;
         let place = place.extend(ray.height_at(enter));
         Some(SolidHit { range: enter, end: leave, opacity, face, normal, span: *span, place })
     }

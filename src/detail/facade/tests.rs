@@ -67,7 +67,7 @@ fn whole_walls_keep_their_colour() {
                     let mean = (0..400).map(|step| of(step)[channel]).sum::<f32>() / 400.0;
                     assert!((mean - 1.0).abs() < 2.0e-3, "{style:?} {seed} {width} {colour:?}: {mean}");
                 }
-                let least = (0..400).map(|step| of(step)).flatten().fold(1.0, f32::min);
+                let least = (0..400).flat_map(of).fold(1.0, f32::min);
                 assert!(least >= 0.0);
             }
         }

@@ -30,10 +30,12 @@ pub(super) fn road_lines(tags: &Tags<'_>, class: &str, paint: Paint, width_m: f6
     let is_fast = matches!(class, "motorway" | "trunk" | "motorway_link" | "trunk_link");
     let has_edges = is_fast || matches!(class, "primary" | "primary_link" | "secondary" | "secondary_link");
     // Minor roads are divided where somebody saw lanes.
-    if !has_edges
-        && !matches!(class, "tertiary" | "tertiary_link")
-        && !(class == "unclassified" && said.is_some())
-    {
+    let has_middle = match class {
+        "tertiary" | "tertiary_link" => true,
+        "unclassified" => said.is_some(),
+        _ => has_edges,
+    };
+    if !has_middle {
         return None;
     }
 
