@@ -217,7 +217,7 @@ impl<'t> RowDetail<'t> {
     }
 }
 
-/// [`GroundTile::fading`] of sums of squared sides in cells.
+/// Share that detail has at sums of squared sides in cells, as [`crate::detail::GroundTile::fading`] has it in voxels.
 #[inline(always)]
 fn fading<V: Simd>(simd: V, squares: V::F) -> V::F {
     let [from, to] = FADING.each(|voxels| (voxels * CELLS * CELLS) as f32);
