@@ -51,7 +51,21 @@ pub(super) fn centre(grid: &Grid, page: PageId, voxel: [u32; 2], shift: u8) -> D
 
 impl<'r, V: Simd> FacadeFront<'r, V> {
     /// The façade of a wall's front; `None`: it is plain.
+    ///
+    /// Few faces have one, so that it is a function of its own, with the set's instructions.
     pub fn of(
+        simd: V,
+        metric: &Metric,
+        wall: &FacedWall<'_>,
+        front: &FrontLanes<V>,
+        lanes: &PlaneLanes<V>,
+        edges: &'r [f32],
+    ) -> Option<Self> {
+        simd.call(FrontLook { simd, metric, wall, front, lanes, edges })
+    }
+
+    #[inline(always)]
+    fn found(
         simd: V,
         metric: &Metric,
         wall: &FacedWall<'_>,
@@ -82,6 +96,26 @@ impl<'r, V: Simd> FacadeFront<'r, V> {
     #[inline(always)]
     pub fn light(&self, simd: V, row: usize, light: [V::F; 3]) -> [V::F; 3] {
         simd.call(RowLight { simd, facade: self, row, light })
+    }
+}
+
+/// Look at the façade of a front.
+struct FrontLook<'f, 'r, V: Simd> {
+    simd: V,
+    metric: &'f Metric,
+    wall: &'f FacedWall<'f>,
+    front: &'f FrontLanes<V>,
+    lanes: &'f PlaneLanes<V>,
+    edges: &'r [f32],
+}
+
+impl<'r, V: Simd> Kernel for FrontLook<'_, 'r, V> {
+    type Output = Option<FacadeFront<'r, V>>;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) -> Self::Output {
+        let Self { simd, metric, wall, front, lanes, edges } = self;
+        FacadeFront::found(simd, metric, wall, front, lanes, edges)
     }
 }
 
