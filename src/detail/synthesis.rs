@@ -26,7 +26,7 @@ const KEPT: usize = 8;
 /// Detail below the finest voxel under one sun.
 #[derive(Debug, Clone)]
 pub struct Synthesis {
-    /// Its tiles.
+    /// Tiles of the pattern.
     pub tiles: Arc<DetailTiles>,
     /// Factor on the amplitudes that imagery asks for, > 0.
     pub strength: f64,

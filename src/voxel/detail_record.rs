@@ -16,7 +16,7 @@ pub struct DetailRecord {
     pub seed: u64,
     /// Factor on the amplitude that imagery asks for, 0…2; 0: there is no detail.
     pub strength: f64,
-    /// How much of detail is relief that the sun lights, per cotangent of the sun's elevation, 0…2; 0: the sun changes nothing.
+    /// Share of detail that is relief which the sun lights, per cotangent of the sun's elevation, 0…2; 0: the sun changes nothing.
     pub relief: f64,
     /// Factors on amplitudes of materials by name, 0…4, in place of the program's own.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]

@@ -76,7 +76,7 @@ impl<'a> StoredSpans<'a> {
         self.spans.iter().zip(facades).map(|(span, facade)| span.with(facade))
     }
 
-    /// Those with numbers in a range; `None` if there are fewer.
+    /// Returns the spans with numbers in a range; `None` if there are fewer.
     #[inline]
     pub(super) fn get(self, range: Range<usize>) -> Option<Self> {
         let spans = self.spans.get(range.clone())?;

@@ -147,7 +147,7 @@ pub enum Top {
     Eaves(f64),
 }
 
-/// What façades show of a building.
+/// Use and levels of a building, which its façades show.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FacadeKind {
     /// Use of the building.
@@ -171,7 +171,7 @@ pub struct Building {
     pub cover: Paint,
     /// A part of a building that may be there as a whole, too.
     pub is_part: bool,
-    /// What its façades show; `None`: they are plain.
+    /// Façades; `None`: walls are plain.
     pub facade: Option<FacadeKind>,
 }
 

@@ -43,7 +43,7 @@ fn usual(kind: &str) -> (f64, bool, Material, [u8; 3]) {
     }
 }
 
-/// What façades of a kind of building show, of so many levels and of a material; `None`: it has none.
+/// Finds the façades of a kind of building by its levels and material; `None`: walls are plain.
 fn style(kind: &str, levels: Option<f64>, material: Material) -> Option<FacadeStyle> {
     /// Levels from which on a house is one of many flats.
     const FLATS: f64 = 4.0;
