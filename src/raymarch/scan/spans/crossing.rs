@@ -1,7 +1,7 @@
 //! Spans of a voxel, where planes cross them.
 
 use super::coverage::{FilledFace, SpanCoverage};
-use super::facade::{FacadeFront, FacedWall, FrontLanes, centre};
+use super::facade::{FacadeFront, FacedWall, FrontLanes, FrontLook, centre};
 use super::fill::{Fill, Haze, LinearTerm, PlanePassage};
 use super::front::{Front, FrontPlace};
 use super::horizon::FloatingHorizon;
@@ -376,7 +376,8 @@ impl<'c, L: FacetLight, V: Simd> VoxelCrossing<'c, '_, L, V> {
         let same = front.facing.eq(simd.splat_int(facing)).bits() & planes;
         let centre = centre(&self.metric.grid, self.page, self.voxel, self.metric.shift);
         let wall = FacedWall { span, facing: facing as u8, centre };
-        (same, FacadeFront::of(simd, self.metric, &wall, lanes, self.lanes, self.edges))
+        let Self { metric, lanes: planes, edges, .. } = *self;
+        (same, simd.call(FrontLook { simd, metric, wall: &wall, front: lanes, lanes: planes, edges }))
     }
 
     /// Finds inverse depth along an end of a span, and its rise to the next plane; where the end is not seen, those of the front.

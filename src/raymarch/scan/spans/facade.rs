@@ -49,30 +49,33 @@ pub(super) fn centre(grid: &Grid, page: PageId, voxel: [u32; 2], shift: u8) -> D
     grid.origin + (DVec2::new(x, y) + half) * grid.spacing
 }
 
-impl<'r, V: Simd> FacadeFront<'r, V> {
-    /// The façade of a wall's front; `None`: it is plain.
-    ///
-    /// Few faces have one, so that it is a function of its own, with the set's instructions.
-    pub fn of(
-        simd: V,
-        metric: &Metric,
-        wall: &FacedWall<'_>,
-        front: &FrontLanes<V>,
-        lanes: &PlaneLanes<V>,
-        edges: &'r [f32],
-    ) -> Option<Self> {
-        simd.call(FrontLook { simd, metric, wall, front, lanes, edges })
+impl<V: Simd> FacadeFront<'_, V> {
+    /// Light in a row of a wall of some light.
+    #[inline(always)]
+    pub fn light(&self, simd: V, row: usize, light: [V::F; 3]) -> [V::F; 3] {
+        simd.call(RowLight { simd, facade: self, row, light })
     }
+}
+
+/// Look at a wall's front, which finds its façade; `None`: it is plain.
+///
+/// Few faces have one, so that it is a call of its own.
+pub(super) struct FrontLook<'f, 'r, V: Simd> {
+    pub simd: V,
+    pub metric: &'f Metric,
+    pub wall: &'f FacedWall<'f>,
+    pub front: &'f FrontLanes<V>,
+    pub lanes: &'f PlaneLanes<V>,
+    /// Tangents of the rows' edges.
+    pub edges: &'r [f32],
+}
+
+impl<'r, V: Simd> Kernel for FrontLook<'_, 'r, V> {
+    type Output = Option<FacadeFront<'r, V>>;
 
     #[inline(always)]
-    fn found(
-        simd: V,
-        metric: &Metric,
-        wall: &FacedWall<'_>,
-        front: &FrontLanes<V>,
-        lanes: &PlaneLanes<V>,
-        edges: &'r [f32],
-    ) -> Option<Self> {
+    fn run<S: Simd>(self, _: S) -> Self::Output {
+        let Self { simd, metric, wall, front, lanes, edges } = self;
         let FacedWall { span, facing, centre } = *wall;
         let pattern = FacadePattern::of_wall(span, facing, metric.code)?;
         let tangent = pattern.tangent();
@@ -89,33 +92,7 @@ impl<'r, V: Simd> FacadeFront<'r, V> {
 
         let floor = simd.splat(metric.scale * f32::from(span.facade.floor)) + front.above;
         let along = pattern.along(simd, along, extent);
-        Some(Self { pattern, along, depth: front.depth, floor, edges })
-    }
-
-    /// Light in a row of a wall of some light.
-    #[inline(always)]
-    pub fn light(&self, simd: V, row: usize, light: [V::F; 3]) -> [V::F; 3] {
-        simd.call(RowLight { simd, facade: self, row, light })
-    }
-}
-
-/// Look at the façade of a front.
-struct FrontLook<'f, 'r, V: Simd> {
-    simd: V,
-    metric: &'f Metric,
-    wall: &'f FacedWall<'f>,
-    front: &'f FrontLanes<V>,
-    lanes: &'f PlaneLanes<V>,
-    edges: &'r [f32],
-}
-
-impl<'r, V: Simd> Kernel for FrontLook<'_, 'r, V> {
-    type Output = Option<FacadeFront<'r, V>>;
-
-    #[inline(always)]
-    fn run<S: Simd>(self, _: S) -> Self::Output {
-        let Self { simd, metric, wall, front, lanes, edges } = self;
-        FacadeFront::found(simd, metric, wall, front, lanes, edges)
+        Some(FacadeFront { pattern, along, depth: front.depth, floor, edges })
     }
 }
 
