@@ -39,7 +39,7 @@ pub struct Aov {
     pub motion: Option<Vec<[f32; 2]>>,
     /// Positions on the map; see [`map_positions()`](super::map_positions()).
     pub position: Option<MapPositions>,
-    /// Change of each pixel's light by detail below the finest voxel, relative to what it is without, `[height][width]`: 0.2 is a fifth lighter. 0 where there is none.
+    /// Change of each pixel's light by detail below the finest voxel, relative to what it is without, before haze and snow, `[height][width]`: 0.2 is a fifth lighter. 0 where there is none.
     pub synthesis: Option<Vec<f32>>,
     /// Whether files get a colour for each material: [`Material::mark`] of each pixel's `id`.
     pub material: bool,

@@ -30,7 +30,7 @@ pub(super) const POSITION_CONVENTIONS: &str = "; P: metres east (X), north (Y) a
 
 /// Meaning of the share that is made up, where a file has it.
 pub(super) const SYNTHESIS_CONVENTIONS: &str = "; synthesis: change of light by detail below the finest voxel, relative to \
-     what imagery alone knows, before haze, 0 where there is none";
+     what imagery alone knows, before haze and snow, 0 where there is none";
 
 /// Returns all channels of a frame, sorted by name.
 pub(super) fn channels(frame: &Frame, farm: &Farm) -> Channels {
