@@ -78,7 +78,7 @@ mod tests {
 
     #[test]
     fn waves_are_bright_on_the_side_of_the_sun() {
-        // Of the crest of cos x the side in the east falls eastward: sin x is bright there.
+        // The crest of cos x falls eastward on its eastern side, where sin x is bright.
         for cycles in [[7.0, 0.0], [0.0, 7.0], [5.0, -12.0]] {
             let relief = MicroRelief::new(wave(cycles, 0.0));
             let length = f64::hypot(cycles[0], cycles[1]);

@@ -54,6 +54,7 @@ pub(super) const PLINTH: Tone = Tone { of_wall: 0.55, more: [0.02, 0.02, 0.02] }
 pub(super) const COURSE: Tone = Tone { of_wall: 0.95, more: [0.09, 0.085, 0.08] };
 
 impl Design {
+    /// Proportions of a style.
     pub fn of(style: FacadeStyle) -> Self {
         match style {
             FacadeStyle::House => HOUSE,
@@ -67,6 +68,7 @@ impl Design {
                 eaves_m: 0.35,
                 ..HOUSE
             },
+
             FacadeStyle::Office => Self {
                 window: [0.05, 0.95],
                 window_up: [0.3, 0.86],
@@ -88,6 +90,7 @@ impl Design {
                 eaves_m: 0.35,
                 ..HOUSE
             },
+
             FacadeStyle::Hall => Self {
                 window: [0.05, 0.95],
                 window_up: [0.64, 0.86],
@@ -107,6 +110,7 @@ impl Design {
                 plinth_m: 0.35,
                 ..HOUSE
             },
+
             FacadeStyle::Church => Self {
                 window: [0.36, 0.64],
                 window_up: [0.26, 0.86],
@@ -117,6 +121,7 @@ impl Design {
                 eaves_m: 0.3,
                 ..HOUSE
             },
+
             FacadeStyle::Garage => Self {
                 window: [0.08, 0.92],
                 window_up: [0.0, 0.84],

@@ -99,7 +99,7 @@ struct MeasuredTexture {
 
 /// Runs the mode.
 pub fn run(args: &TextureArgs) -> Result<()> {
-    // What cannot be written is told before all is measured.
+    // A path that cannot be written to is told before all is measured.
     if let Some(path) = &args.output {
         Run::new(Settings::default())?.write_report(path)?;
     }

@@ -72,7 +72,7 @@ fn record(mut table: Fields<'_, '_, '_>, known: &Materials) -> Option<DetailReco
 
     let record =
         DetailRecord { pattern: pattern?, seed, strength: strength?, relief: relief?, materials: materials? };
-    // What is inhibited has nothing to show.
+    // Some patterns leave nothing below the voxel.
     mistakes.check(&span, record.pattern.tile(seed))?;
     Some(record)
 }

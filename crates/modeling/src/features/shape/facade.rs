@@ -66,7 +66,7 @@ impl BoundFacade {
     pub fn of(kind: FacadeKind, footprint: &Footprint, [floor_m, eaves_m]: [f64; 2]) -> Option<Self> {
         let height = eaves_m - floor_m;
         let edges: usize = footprint.rings.iter().map(Vec::len).sum();
-        // What has no number is no height.
+        // A height that is not a number has no façade.
         if height.is_nan() || height < LOWEST || edges > MOST_EDGES {
             return None;
         }

@@ -72,6 +72,7 @@ fn motorways_have_lines_beside_their_hard_shoulder() {
     // Eastward: the left edge is the northern one.
     let line = of_line(&[at(0.0, 10.0), at(180.0, 10.0)]);
     let bound = bind(&Meaning::Way(way), &line, 1, &level);
+
     let square = Square { columns: 200, rows: 200, ..square(0.1) };
     let natural = natural(&square, &level);
     let graded = bound.iter().flat_map(|bound| bound.grade(&square, &natural));
@@ -84,6 +85,7 @@ fn motorways_have_lines_beside_their_hard_shoulder() {
             None => rows.push((row, share)),
         }
     }
+
     // Edge lines in the middle at 15.5 and at 8.0 m, the divider at 11.75; in 20 m one gap of 6 m, a dash, and 8 m of the next gap.
     let near = |y: f64, half: f64| -> f64 {
         let within = rows.iter().filter(|(row, _)| ((*row as f64 + 0.5) * 0.1 - y).abs() < half);

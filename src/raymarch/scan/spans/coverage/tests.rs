@@ -106,6 +106,7 @@ impl Kernel for Fills<'_> {
                 tangents: [simd.splat(-1.0), simd.splat(1.0)],
                 passage,
             };
+
             let fill = Fill {
                 light: [light, 2.0 * light, 0.0].map(of_planes),
                 haze: (opacity < 1.0).then_some(haze),
@@ -118,6 +119,7 @@ impl Kernel for Fills<'_> {
                 bounds: [of_planes(inverse); 2],
                 front: of_planes(2.0),
             };
+
             let places =
                 places.map(|places| simd.load(&places).select(simd.mask(planes), simd.splat(f32::NAN)));
             let rows = self.coverage.rows_between(simd, simd.mask(planes), places);
