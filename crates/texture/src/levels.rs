@@ -81,7 +81,7 @@ mod tests {
             for level in 1..4 {
                 for (i, j) in [(0, 0), (-3, 17), (1_000_000, -1_000_001), (40, 9)] {
                     let child = |number: i64| tables.sum(level - 1, 4 * i + number % 4, 4 * j + number / 4);
-                    assert_eq!(tables.sum(level, i, j), (0..16).map(child).sum());
+                    assert_eq!(tables.sum(level, i, j), (0..16).map(child).sum::<u64>());
                 }
             }
         }

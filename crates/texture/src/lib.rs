@@ -15,6 +15,7 @@
 //! | `classes`, `bands` | classes of land, and how sensors see them |
 //! | `study` | pictures, flights and settings of the study |
 //! | `cells`, `octaves`, `tile`, `rounding`, `generator` | tiles, and what they are made of |
+//! | `quilt`, `matched` | patterns quilted from fine imagery, by roughness |
 //! | `fourier`, `micro_relief` | frequencies of patterns; relief that the sun lights |
 //!
 //! Sources: the study of cyclic codes for surface texture that the Air Force Human Resources Laboratory ran
@@ -32,12 +33,14 @@ mod fourier;
 mod generator;
 mod levels;
 mod maps;
+mod matched;
 mod micro_relief;
 mod octaves;
 mod pattern;
 mod pixel_tone;
 mod polynomial;
 mod projection;
+mod quilt;
 mod rounding;
 mod sea;
 mod shades;
@@ -68,12 +71,14 @@ pub use maps::{
     BoardFace, FaceAxes, LinearFunction, MapMaterial, QuantityMode, QuantityTexture, Sinusoid, SixMaps,
     TestBoard, ZoneTable,
 };
+pub use matched::{MAX_CLASSES, MatchedPattern, RoughnessClass};
 pub use micro_relief::MicroRelief;
-pub use octaves::broad_band;
+pub use octaves::{broad_band, octave, sharpened};
 pub use pattern::{Direction, Strand, XorPattern};
 pub use pixel_tone::{Averaging, PixelTones};
 pub use polynomial::primitive_polynomials;
 pub use projection::{GroundExtent, Projection};
+pub use quilt::{PATCH_VOXELS, PatchPlace, Swatch, quilted};
 pub use sea::Sea;
 pub use shades::Shades;
 pub use solid::SolidPattern;

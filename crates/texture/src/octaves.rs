@@ -16,20 +16,35 @@ use crate::cells::{Cells, SIDE};
 /// 2^(k + 1) to 2^(k + 2) cells. What is constant or longer than the tile gives nothing.
 pub fn broad_band(patterns: &[Cells]) -> Cells {
     let mut sum = Cells::of(|_, _| 0.0);
-    for (octave, pattern) in patterns.iter().enumerate() {
-        let side = 1_usize << octave.min(8);
+    for (number, pattern) in patterns.iter().enumerate() {
+        let side = 1_usize << number.min(8);
         if 2 * side >= SIDE {
             break;
         }
 
-        let band = smoothed(pattern, side).joined(&smoothed(pattern, 2 * side), |fine, coarse| fine - coarse);
-
+        let band = octave(pattern, side);
         let deviation = band.deviation();
         if deviation > 0.0 {
             sum = sum.joined(&band, |sum, value| sum + value / deviation);
         }
     }
     sum
+}
+
+/// One octave of a pattern: wavelengths of 2 to 4 times `side` cells.
+pub fn octave(pattern: &Cells, side: usize) -> Cells {
+    smoothed(pattern, side).joined(&smoothed(pattern, 2 * side), |fine, coarse| fine - coarse)
+}
+
+/// Gives cells back what a cubic between pixels of `side` cells has taken from waves of two to four pixels.
+///
+/// The cubic of Catmull and Rom leaves 0.49, 0.84 and 0.94 of waves of two, three and four pixels; with the
+/// difference from two smoothings over a pixel added, they have 0.79, 1.10 and 1.12.
+pub fn sharpened(cells: &Cells, side: usize) -> Cells {
+    if !(2..=SIDE / 2).contains(&side) {
+        return cells.clone();
+    }
+    cells.joined(&smoothed(cells, side), |value, smooth| 2.0 * value - smooth)
 }
 
 /// Means over squares of `side` cells, twice in opposite directions: about each cell's own centre, and
@@ -45,6 +60,21 @@ mod tests {
     use super::*;
     use crate::pattern::XorPattern;
     use crate::spectrum::Spectrum;
+
+    #[test]
+    fn waves_of_few_pixels_come_back() {
+        // Pixels of 5 cells; waves of 15, 51 and 255 cells along columns.
+        let wave = |count: f64| {
+            Cells::of(|column, _| (column as f64 * count * std::f64::consts::TAU / SIDE as f64).cos())
+        };
+        let gains =
+            [17.0, 5.0, 1.0].map(|count| sharpened(&wave(count), 5).deviation() / wave(count).deviation());
+        let cubic = [0.838, 0.998, 1.0];
+        for (gain, cubic) in gains.into_iter().zip(cubic) {
+            assert!((0.99..1.12).contains(&(gain * cubic)), "{gains:?}");
+        }
+        assert_eq!(sharpened(&wave(5.0), 1), wave(5.0));
+    }
 
     #[test]
     fn octaves_are_equally_strong_and_have_no_direction() {
