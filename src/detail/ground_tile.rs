@@ -6,6 +6,8 @@
 //! less means over voxels       → tile
 //! ```
 //!
+//! Patterns matched from fine imagery are light over its mean as they are, one for each class of roughness: the ground's own relative deviation picks among them.
+//!
 //! A footprint is a parallelogram on the ground; the box with the same second moments along the grid's axes stands for it, whose mean is exact.
 
 use glam::DVec2;
@@ -30,12 +32,26 @@ pub const FADING: [f64; 2] = [1.0, 2.6];
 /// Parts of the way between two rows of sums.
 const PARTS: i32 = 1 << 14;
 
-/// Repeating pattern of light below the voxel: mean 0 over each voxel, standard deviation 1.
+/// Entries of the sums of a class.
+const CLASS_ENTRIES: usize = STRIDE as usize * SIDE;
+
+/// Repeating pattern of light below the voxel, mean 0 over each voxel; of a generator, standard deviation 1, or several by roughness.
 #[derive(Debug)]
 pub struct GroundTile {
-    tile: Tile,
-    /// Summed areas, `[north][east]`, 256 × 255: of 16 bits each an entry, and the one north of it.
+    /// Classes of roughness, the smoothest first; one at least.
+    classes: Vec<TileClass>,
+    /// Summed areas, `[class][north][east]`, 256 × 255: of 16 bits each an entry, and the one north of it.
     sums: Vec<u32>,
+}
+
+/// Tile of a class of roughness.
+#[derive(Debug)]
+struct TileClass {
+    /// Relative deviation from which on ground is of this class.
+    least: f32,
+    tile: Tile,
+    /// Change of light where the tile is 1, per relative deviation.
+    unit: f64,
 }
 
 /// Sum in 16 bits; `None` where it is too great.
@@ -65,12 +81,33 @@ impl GroundTile {
     pub fn new(pattern: &Cells) -> Result<Self> {
         let (mean, unit) = (pattern.mean(), 1.0 / pattern.deviation());
         let light = pattern.joined(pattern, |value, _| (1.0 + SKEW * unit * (value - mean)).max(0.0).powi(2));
+        let mut tile = Self { classes: Vec::new(), sums: Vec::new() };
+        tile.add(f32::NEG_INFINITY, &light, |_| 1.0)?;
+        Ok(tile)
+    }
+
+    /// Makes tiles of light over its mean, per relative deviation, by the relative deviation from which on each is the ground's.
+    ///
+    /// # Errors
+    /// As of [`Self::new`], of any of them.
+    pub fn by_roughness(patterns: &[RoughPattern]) -> Result<Self> {
+        let mut tile = Self { classes: Vec::new(), sums: Vec::new() };
+        for RoughPattern { least, light } in patterns {
+            tile.add(*least, light, |tile| light.deviation() * tile.contrast_kept())?;
+        }
+        Ok(tile)
+    }
+
+    /// Adds a class.
+    fn add(&mut self, least: f32, light: &Cells, unit: impl Fn(&Tile) -> f64) -> Result<()> {
         // Patterns with high peaks have fewer steps, so that sums have 16 bits.
         let mut steps = STEPS;
         loop {
-            let tile = Tile::with_steps(&light, steps)?;
+            let tile = Tile::with_steps(light, steps)?;
             if let Some(sums) = paired(&tile) {
-                return Ok(Self { tile, sums });
+                self.sums.extend(sums);
+                self.classes.push(TileClass { least, unit: unit(&tile), tile });
+                return Ok(());
             }
             steps *= 0.5;
         }
@@ -81,29 +118,49 @@ impl GroundTile {
         ((FADING[1] - sides.length_squared()) / (FADING[1] - FADING[0])).clamp(0.0, 1.0)
     }
 
-    /// Mean over a box about a place, units of the grid; sides in units, > 0.
-    pub fn mean(&self, centre: DVec2, sides: DVec2) -> f64 {
+    /// Mean over a box about a place, units of the grid, on ground of a relative deviation; sides in units, > 0.
+    pub fn mean(&self, roughness: f32, centre: DVec2, sides: DVec2) -> f64 {
         let cells = CELLS_PER_VOXEL as f64;
         // As wide as a cell more, so that cells have no edges.
         let half = (sides * sides * (cells * cells) + DVec2::ONE).map(f64::sqrt) * 0.5;
         let centre = centre * cells;
         let (low, high) = (centre - half, centre + half);
-        self.tile.mean(CellBox { x0: low.x, x1: high.x, y0: low.y, y1: high.y })
+        let class = self.classes.iter().rfind(|class| class.least <= roughness).unwrap_or(&self.classes[0]);
+        class.unit * class.tile.mean(CellBox { x0: low.x, x1: high.x, y0: low.y, y1: high.y })
     }
 
-    /// Mean over sixteen boxes about places, eastward and northward, in cells from a corner of the tile; squares of their sides, cells².
+    /// Mean over sixteen boxes about places, eastward and northward, in cells from a corner of the tile, on ground of relative deviations; squares of their sides,
+    /// cells².
     #[inline(always)]
-    pub fn means<V: Simd>(&self, simd: V, centre: [V::F; 2], squares: [V::F; 2]) -> V::F {
+    pub fn means<V: Simd>(&self, simd: V, roughness: V::F, centre: [V::F; 2], squares: [V::F; 2]) -> V::F {
         let (one, half) = (simd.splat(1.0), simd.splat(0.5));
         let [wide, high] = [(squares[0] + one).sqrt_rough(), (squares[1] + one).sqrt_rough()];
         let west = sum_place(simd, wide.neg_mul_add(half, centre[0]));
         let east = sum_place(simd, wide.mul_add(half, centre[0]));
-        let south = SumRow::of(simd, sum_place(simd, high.neg_mul_add(half, centre[1])));
-        let north = SumRow::of(simd, sum_place(simd, high.mul_add(half, centre[1])));
+        let mut south = SumRow::of(simd, sum_place(simd, high.neg_mul_add(half, centre[1])));
+        let mut north = SumRow::of(simd, sum_place(simd, high.mul_add(half, centre[1])));
+        let mut per_sum = simd.splat(self.classes[0].per_sum());
+        if self.classes.len() > 1 {
+            let class = self.class(simd, roughness);
+            (south.entry, north.entry) = (south.entry + class.entry, north.entry + class.entry);
+            per_sum = class.per_sum;
+        }
 
         let upper = self.sum(simd, east, north) - self.sum(simd, west, north);
         let lower = self.sum(simd, east, south) - self.sum(simd, west, south);
-        (upper - lower) * simd.splat(self.tile.scale() as f32 / PARTS as f32) * (wide * high).recip()
+        (upper - lower) * per_sum * (wide * high).recip()
+    }
+
+    /// Finds the classes of ground.
+    #[inline(always)]
+    fn class<V: Simd>(&self, simd: V, roughness: V::F) -> ClassLanes<V> {
+        let (mut entry, mut per_sum) = (simd.splat(0.0), simd.splat(self.classes[0].per_sum()));
+        for (number, class) in self.classes.iter().enumerate().skip(1) {
+            let is_rough = simd.splat(class.least).le(roughness);
+            entry = simd.splat((number * CLASS_ENTRIES) as f32).select(is_rough, entry);
+            per_sum = simd.splat(class.per_sum()).select(is_rough, per_sum);
+        }
+        ClassLanes { entry: entry.to_int(), per_sum }
     }
 
     /// Sums from the tile's corner to places, parts of steps.
@@ -113,6 +170,29 @@ impl GroundTile {
         let [west, east] = [west, east].each(|sums| sums.dot_halves(y.weights).to_float());
         (east - west).mul_add(x.share, west)
     }
+}
+
+/// Light over its mean, per relative deviation, of ground that is as rough as this or rougher.
+pub struct RoughPattern {
+    /// Relative deviation from which on.
+    pub least: f32,
+    /// Light, less its mean.
+    pub light: Cells,
+}
+
+impl TileClass {
+    /// Change of light per part of a step.
+    #[inline(always)]
+    fn per_sum(&self) -> f32 {
+        (self.unit * self.tile.scale()) as f32 / PARTS as f32
+    }
+}
+
+/// Classes of sixteen places.
+struct ClassLanes<V: Simd> {
+    /// First entry of their sums.
+    entry: V::I,
+    per_sum: V::F,
 }
 
 /// A coordinate between two rows of sums.

@@ -22,6 +22,7 @@ mod field;
 mod ground_tile;
 mod mean_keeping;
 mod measure;
+mod post_light;
 mod posts;
 mod synthesis;
 #[cfg(test)]
@@ -33,6 +34,7 @@ pub use blocks::{DetailBlocks, DetailedColour, PostCell};
 pub use facade::{AlongMeans, FacadePattern, WallFootprint};
 pub use ground_tile::{FADING, GroundTile};
 pub use measure::DetailMeasure;
+pub use post_light::PostLight;
 pub use posts::{DETAIL_MARGIN, DETAIL_RING, DetailPosts, DetailSource};
 pub use synthesis::{DetailTiles, SunAngles, Synthesis};
 pub use walls::{LEAST_TOWARD, WALL_SCALE};

@@ -6,14 +6,14 @@
 //! ```
 //!
 //! Relief takes a share φ of the light, tan φ = relief · cot(elevation): nothing under a sun at the zenith, nearly all under one on the horizon. How strong detail is stays
-//! the imagery's to say. A sun below the horizon lights no relief.
+//! the imagery's to say. A sun below the horizon lights no relief. Patterns matched from fine imagery lie over the ground alone; walls have the generator's.
 
 use std::f64::consts::FRAC_PI_2;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use hedgehop_texture::{Generator, MicroRelief};
+use hedgehop_texture::{Cells, Generator, MatchedPattern, MicroRelief};
 
-use super::ground_tile::GroundTile;
+use super::ground_tile::{GroundTile, RoughPattern};
 use crate::voxel::{DetailRecord, Header};
 use hedgehop_base::error::Result;
 
@@ -51,10 +51,11 @@ pub struct DetailTiles {
 }
 
 /// Tiles' own key: all that they depend on.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 struct TileKey {
     pattern: Generator,
     seed: u64,
+    matched: Option<MatchedPattern>,
     ground: ReliefLight,
     walls: ReliefLight,
 }
@@ -96,6 +97,7 @@ impl DetailTiles {
         let key = TileKey {
             pattern: record.pattern,
             seed: record.seed,
+            matched: record.matched.clone(),
             ground: ReliefLight::of_sun(record.relief, sun),
             walls: ReliefLight::of_sun(record.relief, SunAngles { azimuth: 0.0, elevation: 45.0 }),
         };
@@ -117,16 +119,30 @@ impl DetailTiles {
     }
 
     fn new(key: &TileKey) -> Result<Self> {
-        let relief = MicroRelief::new(key.pattern.cells(key.seed)?);
-        let [ground, walls] = [key.ground, key.walls].map(|light| {
-            let toward = light.azimuth.to_radians();
-            GroundTile::new(&relief.lit([toward.sin(), toward.cos()], light.share.to_radians()))
-        });
-        Ok(Self { ground: ground?, walls: walls? })
+        let made = MicroRelief::new(key.pattern.cells(key.seed)?);
+        let walls = GroundTile::new(&key.walls.on(&made))?;
+        let Some(matched) = &key.matched else {
+            return Ok(Self { ground: GroundTile::new(&key.ground.on(&made))?, walls });
+        };
+
+        let lit = |cells: Cells| match key.ground.share > 0.0 {
+            true => key.ground.on(&MicroRelief::new(cells)),
+            false => cells,
+        };
+        let classes = matched.classes().iter();
+        let patterns: Vec<RoughPattern> =
+            classes.map(|class| RoughPattern { least: class.least, light: lit(class.cells()) }).collect();
+        Ok(Self { ground: GroundTile::by_roughness(&patterns)?, walls })
     }
 }
 
 impl ReliefLight {
+    /// Lights relief.
+    fn on(self, relief: &MicroRelief) -> Cells {
+        let toward = self.azimuth.to_radians();
+        relief.lit([toward.sin(), toward.cos()], self.share.to_radians())
+    }
+
     fn of_sun(relief: f64, sun: SunAngles) -> Self {
         let elevation = sun.elevation.to_radians();
         let share = match sun.elevation > 0.0 {
@@ -169,7 +185,7 @@ mod tests {
         let (mut alike, mut squares) = (0.0, 0.0);
         for (x, y) in (0..255).flat_map(|x| (0..255).map(move |y| (x, y))) {
             let place = (DVec2::new(f64::from(x), f64::from(y)) + 0.5) / 15.0;
-            let [a, b] = [&one, &other].map(|tiles| tiles.ground.mean(place, DVec2::splat(1e-6)));
+            let [a, b] = [&one, &other].map(|tiles| tiles.ground.mean(0.0, place, DVec2::splat(1e-6)));
             alike += a * b;
             squares += a * a;
         }

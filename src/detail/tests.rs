@@ -3,6 +3,7 @@
 use glam::DVec2;
 use proptest::prelude::*;
 
+use super::ground_tile::RoughPattern;
 use super::walls::STEEP;
 use super::*;
 use crate::simd::{Floats, Isa, Kernel, LANES, Simd};
@@ -10,6 +11,7 @@ use crate::voxel::{
     Attributes, DetailRecord, Grid, Material, MemPages, Metadata, PageId, PageSource, build_in_memory,
 };
 use hedgehop_base::colour::linear_from_srgb8;
+use hedgehop_texture::Generator;
 
 const SIDE: u32 = 40;
 
@@ -118,20 +120,63 @@ fn amplitudes_follow_the_imagery_and_the_material() {
     );
 }
 
-/// Means of the tile over sixteen boxes.
-struct Means([[f32; LANES]; 2], [[f32; LANES]; 2]);
+/// Means of a tile over sixteen boxes on ground of a roughness.
+struct Means<'t> {
+    tile: &'t GroundTile,
+    roughness: f32,
+    centre: [[f32; LANES]; 2],
+    squares: [[f32; LANES]; 2],
+}
 
-impl Kernel for Means {
+impl Kernel for Means<'_> {
     type Output = [f32; LANES];
 
     #[inline(always)]
     fn run<V: Simd>(self, simd: V) -> Self::Output {
-        let tiles = usual();
-        let tile = &tiles.ground;
         let mut means = [0.0; LANES];
-        let [centre, squares] = [self.0, self.1].map(|axes| axes.map(|lanes| simd.load(&lanes)));
-        tile.means(simd, centre, squares).store(&mut means);
+        let [centre, squares] = [self.centre, self.squares].map(|axes| axes.map(|lanes| simd.load(&lanes)));
+        self.tile.means(simd, simd.splat(self.roughness), centre, squares).store(&mut means);
         means
+    }
+}
+
+#[test]
+fn grounds_of_each_roughness_have_their_own_pattern() {
+    let cells = [1, 2, 3].map(|seed| Generator::White.cells(seed).unwrap());
+    let factors = [0.5, 1.0, 2.0];
+    let patterns = std::array::from_fn::<_, 3, _>(|class| RoughPattern {
+        least: 0.1 * class as f32,
+        light: cells[class].joined(&cells[class], |value, _| factors[class] * value),
+    });
+    let tile = GroundTile::by_roughness(&patterns).unwrap();
+
+    for (class, roughness) in [(0, 0.0), (0, 0.0999), (1, 0.1), (2, 0.2), (2, 7.0)] {
+        let mut squares = 0.0;
+        for (x, y) in (0..255).flat_map(|x| (0..255).map(move |y| (x, y))) {
+            let place = (DVec2::new(f64::from(x), f64::from(y)) + 0.5) / 15.0;
+            squares += tile.mean(roughness, place, DVec2::splat(1e-6)).powi(2);
+        }
+        // Means over voxels, rows and columns are taken away.
+        let deviation = (squares / (255.0 * 255.0)).sqrt() / (factors[class] * cells[class].deviation());
+        assert!((0.9..1.01).contains(&deviation), "{roughness}: {deviation}");
+
+        let unit = DVec2::splat((1.0 - 1.0 / 225.0_f64).sqrt());
+        assert!(tile.mean(roughness, DVec2::new(3.5, -8.5), unit).abs() < 1e-9);
+        let lanes = |first: f32| std::array::from_fn(|lane| first + 11.3 * lane as f32);
+        for isa in Isa::available() {
+            let (centre, squares) = ([lanes(-40.0), lanes(7.0)], [lanes(1.0), lanes(2.0)]);
+            let found = isa.run(Means { tile: &tile, roughness, centre, squares });
+            for lane in 0..LANES {
+                let at =
+                    |axes: [[f32; LANES]; 2]| DVec2::new(f64::from(axes[0][lane]), f64::from(axes[1][lane]));
+                let wanted = tile.mean(roughness, at(centre) / 15.0, at(squares).map(f64::sqrt) / 15.0);
+                assert!(
+                    (f64::from(found[lane]) - wanted).abs() < 2e-3,
+                    "{roughness}: {} for {wanted}",
+                    found[lane]
+                );
+            }
+        }
     }
 }
 
@@ -142,7 +187,7 @@ fn voxels_have_no_mean_of_the_tile() {
     let unit = DVec2::splat((1.0 - 1.0 / 225.0_f64).sqrt());
     for (x, y) in (-20..20).flat_map(|x| (-20..20).map(move |y| (x, y))) {
         // Its side with a cell more is that of a voxel.
-        let mean = tile.mean(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5), unit);
+        let mean = tile.mean(0.0, DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5), unit);
         assert!(mean.abs() < 1e-9, "{x}, {y}: {mean}");
     }
 }
@@ -154,7 +199,7 @@ fn the_tile_varies_by_one_and_is_hardly_ever_darker_than_black() {
     let (mut sum, mut black) = (0.0, 0.0);
     for (x, y) in (0..255).flat_map(|x| (0..255).map(move |y| (x, y))) {
         let place = (DVec2::new(f64::from(x), f64::from(y)) + 0.5) / 15.0;
-        let value = tile.mean(place, DVec2::splat(1e-6));
+        let value = tile.mean(0.0, place, DVec2::splat(1e-6));
         sum += value * value;
         black += f64::from(u8::from(1.0 + value * f64::from(MOST_DEVIATION) < 0.0));
     }
@@ -173,11 +218,11 @@ proptest! {
         let (centre, sides) = ([lanes(15.0 * x, 3.7), lanes(15.0 * y, -1.3)], [wide, high]);
         let squares = sides.map(|side| lanes((15.0 * side).powi(2), 2.0));
         for isa in Isa::available() {
-            let found = isa.run(Means(centre, squares));
+            let found = isa.run(Means { tile, roughness: 0.0, centre, squares });
             for lane in 0..LANES {
                 let place = DVec2::new(f64::from(centre[0][lane]), f64::from(centre[1][lane])) / 15.0;
                 let size = DVec2::new(f64::from(squares[0][lane]), f64::from(squares[1][lane])).map(f64::sqrt) / 15.0;
-                let wanted = tile.mean(place, size);
+                let wanted = tile.mean(0.0, place, size);
                 prop_assert!((f64::from(found[lane]) - wanted).abs() < 2e-3, "{isa}: {} for {wanted}", found[lane]);
             }
         }

@@ -187,7 +187,7 @@ impl<'a> SurfaceFilter<'a> {
         // The tile begins anew where an area that repeats does.
         let mut more = f64::from(deviations.x)
             * over_ground
-            * tiles.ground.mean(self.within(units), squares.map(f64::sqrt));
+            * tiles.ground.mean(deviations.x, self.within(units), squares.map(f64::sqrt));
 
         // Over (y, z) or (x, z).
         if deviations.y != 0.0 {
@@ -195,7 +195,7 @@ impl<'a> SurfaceFilter<'a> {
             let toward = way[1 - axis].powi(2).max(f64::from(LEAST_TOWARD)).sqrt();
             let place = DVec2::new(self.within(units)[axis], ray.at(contact.range).z / self.grid.spacing);
             let sides = DVec2::new(width / toward, rise);
-            let mean = tiles.walls.mean(place * WALL_SCALE, sides * WALL_SCALE);
+            let mean = tiles.walls.mean(deviations.y.abs(), place * WALL_SCALE, sides * WALL_SCALE);
             more += f64::from(deviations.y.abs()) * over_walls * mean;
         }
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 
-use hedgehop_texture::Generator;
+use hedgehop_texture::{Generator, MatchedPattern};
 use serde::{Deserialize, Serialize};
 
 /// Detail below the finest voxel: its pattern, and how strong it is.
@@ -21,6 +21,9 @@ pub struct DetailRecord {
     /// Factors on amplitudes of materials by name, 0…4, in place of the program's own.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub materials: BTreeMap<String, f64>,
+    /// Pattern over the ground that was matched from fine imagery, in place of [`Self::pattern`], which walls have.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub matched: Option<MatchedPattern>,
 }
 
 impl Default for DetailRecord {
@@ -31,6 +34,7 @@ impl Default for DetailRecord {
             strength: 1.0,
             relief: 0.5,
             materials: BTreeMap::new(),
+            matched: None,
         }
     }
 }

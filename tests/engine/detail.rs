@@ -7,12 +7,17 @@ use glam::{DVec2, DVec3};
 
 use crate::scene::{Terrain, View, clear_air};
 use hedgehop::Result;
+use hedgehop::colour::srgb8_picture;
 use hedgehop::frame::Frame;
 use hedgehop::raymarch::Surface;
 use hedgehop::render::{Engine, RenderOptions, Renderer};
 use hedgehop::subimage::Farm;
-use hedgehop::voxel::{BoundsView, Header, HeightsView, MemPages, PageId, PageSource, PageView, SpansView};
+use hedgehop::voxel::{
+    BoundsView, DetailRecord, Header, HeightsView, MemPages, Metadata, PageId, PageSource, PageView,
+    SpansView,
+};
 use hedgehop::weather::{GroundCover, Weather};
+use hedgehop_texture::{Generator, MatchedPattern, RoughnessClass};
 
 /// Pages of which it is known which were asked for.
 struct Watched {
@@ -151,6 +156,59 @@ fn contrast_of_detail_falls_with_distance_in_both_engines() {
         assert!(falls && steps < 0.2 * contrasts[0], "{engine:?}: {contrasts:?}");
         assert!(contrasts[17] < 0.02 * contrasts[0] && contrasts[0] > 0.05, "{engine:?}: {contrasts:?}");
     }
+}
+
+/// Standard deviation of green and mean difference of both engines, codes, of a western and an eastern half.
+fn halves(frames: &[Frame; 2]) -> [[f64; 2]; 2] {
+    let codes = frames.each_ref().map(|frame| srgb8_picture(&frame.colour));
+    [0, 1].map(|half| {
+        let pixels: Vec<[f64; 2]> = (0..160 * 120)
+            .filter(|pixel| pixel % 160 / 80 == half)
+            .map(|pixel| [0, 1].map(|frame: usize| f64::from(codes[frame][3 * pixel + 1])))
+            .collect();
+        let count = pixels.len() as f64;
+        let mean = pixels.iter().map(|pixel| pixel[0]).sum::<f64>() / count;
+        let squares: f64 = pixels.iter().map(|pixel| (pixel[0] - mean).powi(2)).sum();
+        let apart: f64 = pixels.iter().map(|pixel| (pixel[0] - pixel[1]).abs()).sum();
+        [(squares / count).sqrt(), apart / count]
+    })
+}
+
+#[test]
+fn grounds_show_the_pattern_of_their_roughness_in_both_engines() {
+    // Calm posts in the west, rough ones in the east, straight from above.
+    let colour = |at: DVec2| {
+        let mixed = (at.x * 12.9898 + at.y * 78.233).sin() * 43_758.547;
+        let span = if at.x < 600.0 { 6.0 } else { 40.0 };
+        [100 + (span * (mixed - mixed.floor())) as u8; 3]
+    };
+    let terrain = Terrain::new([600, 600], 2.0, |_| 100.0, colour);
+    let pattern = |seed: u64, factor: f64| {
+        let cells = Generator::Broad { octaves: 4 }.cells(seed).unwrap();
+        let unit = factor / cells.deviation();
+        cells.joined(&cells, |value, _| unit * value)
+    };
+    let seen = |factors: [f64; 2]| {
+        let classes = vec![
+            RoughnessClass::new(0.0, &pattern(1, factors[0])),
+            RoughnessClass::new(0.12, &pattern(2, factors[1])),
+        ];
+        let matched = Some(MatchedPattern::new(classes).unwrap());
+        let detail = Some(DetailRecord { matched, relief: 0.0, ..DetailRecord::default() });
+        let ground = terrain.described(&Metadata { detail, ..Metadata::default() });
+        let eye = DVec3::new(600.0, 600.0, 130.0);
+        let view = View { eye, ypr: [0.0, -90.0, 0.0], hfov: 40.0, size: [160, 120] };
+        let frame = |engine| see(&ground, &view, &RenderOptions { engine, ..clear_air() });
+        halves(&[Engine::Planes, Engine::Reference].map(frame))
+    };
+
+    let (calm_west, calm_east) = (seen([0.02, 1.0]), seen([1.0, 0.02]));
+    for halves in [calm_west, calm_east] {
+        assert!(halves.iter().all(|[_, apart]| *apart < 1.0), "{halves:?}");
+    }
+    // The other class is hardly changed.
+    assert!(calm_east[0][0] > 1.15 * calm_west[0][0], "{calm_east:?} {calm_west:?}");
+    assert!(calm_west[1][0] > 1.3 * calm_east[1][0], "{calm_east:?} {calm_west:?}");
 }
 
 #[test]

@@ -35,7 +35,12 @@ impl Terrain {
     }
 
     pub fn in_memory(&self) -> MemPages {
-        build_in_memory(self.grid, &self.heights, &self.colours, None, &Metadata::default()).unwrap()
+        self.described(&Metadata::default())
+    }
+
+    /// The same with metadata of its own.
+    pub fn described(&self, metadata: &Metadata) -> MemPages {
+        build_in_memory(self.grid, &self.heights, &self.colours, None, metadata).unwrap()
     }
 }
 

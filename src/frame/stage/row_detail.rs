@@ -183,7 +183,7 @@ impl<'t> RowDetail<'t> {
         let [x, y] = if self.major == 0 { [major, minor] } else { [minor, major] };
         let [wide, high] = if self.major == 0 { squares } else { [squares[1], squares[0]] };
         let centre = [x + simd.splat(self.eye[0]), y + simd.splat(self.eye[1])];
-        let mean = self.tiles.ground.means(simd, centre, [wide, high]);
+        let mean = self.tiles.ground.means(simd, row.marks.deviations.ground, centre, [wide, high]);
 
         Some(deviation.mul_add(mean, factor).max(zero))
     }
@@ -212,7 +212,7 @@ impl<'t> RowDetail<'t> {
         let [over_north_wide, over_east_wide] = self.by_walls.each_ref().each(|wide| simd.load(wide));
         let wide = width * over_north_wide.select(over_north, over_east_wide);
 
-        let mean = self.tiles.walls.means(simd, [beside, up], [wide, rise * rise * scale * scale]);
+        let mean = self.tiles.walls.means(simd, wall, [beside, up], [wide, rise * rise * scale * scale]);
         wall.abs() * fading * mean
     }
 }
