@@ -58,8 +58,8 @@ fn without_imagery(inputs: &Inputs, options: &BuildOptions) -> Option<String> {
     is_silent.then(|| format!("no imagery: colours were derived from {from}"))
 }
 
-/// A length with three significant digits, metres.
-fn short(metres: f64) -> String {
+/// Writes a length with three significant digits, metres.
+pub(super) fn short(metres: f64) -> String {
     let decimals = (2 - metres.abs().max(1e-6).log10().floor() as i32).clamp(0, 6) as usize;
     let text = format!("{metres:.decimals$}");
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }

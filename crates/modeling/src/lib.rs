@@ -48,6 +48,7 @@ mod survey_result;
 pub mod synthetic;
 #[cfg(test)]
 mod tests;
+mod texture_match;
 mod tint;
 mod vertical;
 mod void_fill;

@@ -38,7 +38,7 @@ impl SourceKeys {
     ) -> Result<Self> {
         // Files count by what they hold, and where, how and by whom it is made does not.
         let settings = BuildOptions {
-            synthetic: Synthetic { below_voxel: None, ..options.synthetic.clone() },
+            synthetic: Synthetic { below_voxel: None, examples: None, ..options.synthetic.clone() },
             clouds: Vec::new(),
             elevation: Vec::new(),
             imagery: Vec::new(),

@@ -65,7 +65,7 @@ pub(super) fn build_from(
     let job = BuildJob { options, budget: &budget, observer };
 
     let mut planned = PlannedBuild::new(&inputs, &job)?;
-    let mut record = BuildRecord::new(planned.describe(&inputs, options)?, observer);
+    let mut record = BuildRecord::new(planned.describe(&inputs, &job)?, observer);
     planned.prepare(&inputs, &job)?;
 
     let standing = StandingInputs::take_from(&mut inputs);

@@ -10,7 +10,7 @@ use crate::options::BuildOptions;
 use crate::page_keys::SourceKeys;
 use crate::plan::{self, Plan};
 use crate::reach::Reach;
-use crate::{fineness, sources, vertical, warnings, warp};
+use crate::{fineness, sources, texture_match, vertical, warnings, warp};
 use hedgehop::voxel::{Directory, ENTRY_BYTES, Metadata, PAGE_SIDE};
 use hedgehop_base::error::{Error, Result};
 use hedgehop_geo::VerticalDatum;
@@ -77,7 +77,8 @@ impl PlannedBuild {
     ///
     /// # Errors
     /// A file cannot be read.
-    pub fn describe(&self, inputs: &Inputs, options: &BuildOptions) -> Result<Metadata> {
+    pub fn describe(&self, inputs: &Inputs, job: &BuildJob<'_>) -> Result<Metadata> {
+        let BuildJob { options, budget, .. } = *job;
         let plan = &self.plan;
         let fineness = fineness::of_imagery(inputs, plan, options)?;
 
@@ -87,6 +88,12 @@ impl PlannedBuild {
         notes.extend(warnings::outside(options, &plan.grid).into_iter().map(|(_, note)| note));
         notes.extend(warnings::clouds_outside(inputs, plan)?);
 
+        let mut detail = options.synthetic.below_voxel.clone();
+        if let Some(examples) = &options.synthetic.examples {
+            let matched = texture_match::find(examples, plan, options, budget)?;
+            detail.get_or_insert_default().matched = Some(matched);
+        }
+
         Ok(Metadata {
             crs_name: plan.crs.name().to_owned(),
             crs_epsg: plan.crs.epsg(),
@@ -95,7 +102,7 @@ impl PlannedBuild {
             corridors: options.corridors.iter().map(Corridor::record).collect(),
             notes,
             imagery_pixel: fineness.coarser_pixel,
-            detail: options.synthetic.below_voxel.clone(),
+            detail,
             writer: concat!("hedgehop ", env!("CARGO_PKG_VERSION")).to_owned(),
             ..Metadata::default()
         })

@@ -2,18 +2,27 @@
 
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
+use std::path::Path;
 
 use toml::de::DeValue;
 use toml::{Spanned, Table};
 
 use super::cover;
 use super::fields::Fields;
+use super::files::files_of;
 use crate::Materials;
+use crate::synthetic::TextureExamples;
 use hedgehop::voxel::DetailRecord;
 use hedgehop_texture::{Generator, QuantityMode};
 
 /// The word for no detail at all.
 const OFF: &str = "off";
+
+/// The word for patterns that are matched from fine imagery.
+const MATCH: &str = "match";
+
+/// Sides of pixels of examples, metres.
+const PIXELS: RangeInclusive<f64> = 0.001..=1000.0;
 
 /// Cells of a tile along a voxel.
 const CELLS: f64 = hedgehop_texture::CELLS_PER_VOXEL as f64;
@@ -24,11 +33,18 @@ const WAVELENGTHS: RangeInclusive<f64> = 0.2..=2.0;
 /// Keys of parameters, each of which some patterns have.
 const PARAMETERS: [&str; 6] = ["octaves", "codes", "lines", "mode", "wavelength_voxels", "time"];
 
+/// Detail below the voxel, and what its pattern is matched from.
+pub(super) struct BelowVoxel {
+    pub record: DetailRecord,
+    pub examples: Option<TextureExamples>,
+}
+
 /// Reads `imagery`: the name of a pattern, or a table with that and what else there is to say; the outer `None` is a mistake.
 pub(super) fn below_voxel(
     detail: &mut Fields<'_, '_, '_>,
     known: &Materials,
-) -> Option<Option<DetailRecord>> {
+    folder: &Path,
+) -> Option<Option<BelowVoxel>> {
     let mistakes = detail.mistakes;
     let Some(value) = detail.value("imagery") else { return Some(None) };
     let span = value.span();
@@ -40,41 +56,84 @@ pub(super) fn below_voxel(
         mistakes.add(&span, "imagery is the name of a pattern, as in imagery = \"broad\", \"off\", or a table, [detail.imagery]");
         return None;
     }
-    Fields::of("[detail.imagery]", value, mistakes).and_then(|table| record(table, known)).map(Some)
+    Fields::of("[detail.imagery]", value, mistakes).and_then(|table| below(table, known, folder)).map(Some)
 }
 
-/// A record with a pattern by its name alone.
-fn pattern_named(name: &str) -> Result<DetailRecord, String> {
+/// Detail with a pattern by its name alone.
+fn pattern_named(name: &str) -> Result<BelowVoxel, String> {
     let usual = DetailRecord::default();
-    if name == OFF {
-        return Ok(DetailRecord { strength: 0.0, ..usual });
+    match name {
+        OFF => Ok(BelowVoxel { record: DetailRecord { strength: 0.0, ..usual }, examples: None }),
+        // Light on the ground is in the imagery.
+        MATCH => Ok(BelowVoxel {
+            record: DetailRecord { relief: 0.0, ..usual },
+            examples: Some(TextureExamples::default()),
+        }),
+        _ => {
+            let pattern =
+                Generator::named(name).map_err(|error| format!("{error}, or \"{MATCH}\" or \"{OFF}\""))?;
+            Ok(BelowVoxel { record: DetailRecord { pattern, ..usual }, examples: None })
+        }
     }
-    let pattern = Generator::named(name).map_err(|error| format!("{error}, or \"{OFF}\""))?;
-    Ok(DetailRecord { pattern, ..usual })
 }
 
 /// `[detail.imagery]`.
-fn record(mut table: Fields<'_, '_, '_>, known: &Materials) -> Option<DetailRecord> {
+fn below(mut table: Fields<'_, '_, '_>, known: &Materials, folder: &Path) -> Option<BelowVoxel> {
     let mistakes = table.mistakes;
     let name = table.take::<String>("pattern");
     let usual = match &name {
         Some(name) => mistakes.check(&name.span(), pattern_named(name.get_ref()))?,
-        None => DetailRecord::default(),
+        None => BelowVoxel { record: DetailRecord::default(), examples: None },
     };
-    let pattern = parameters(&mut table, usual.pattern);
+    let pattern = parameters(&mut table, usual.record.pattern);
 
     let seed = table.seed();
-    let strength = bounded(&mut table, "strength", DetailRecord::STRENGTHS, usual.strength);
-    let relief = bounded(&mut table, "relief", DetailRecord::RELIEFS, usual.relief);
+    let strength = bounded(&mut table, "strength", DetailRecord::STRENGTHS, usual.record.strength);
+    let relief = bounded(&mut table, "relief", DetailRecord::RELIEFS, usual.record.relief);
     let materials = materials(&mut table, known);
+    let examples = examples(&mut table, usual.examples, folder)?;
     let span = table.span();
     table.finish();
 
-    let record =
-        DetailRecord { pattern: pattern?, seed, strength: strength?, relief: relief?, materials: materials? };
+    let (pattern, strength, relief, materials) = (pattern?, strength?, relief?, materials?);
+    let record = DetailRecord { pattern, seed, strength, relief, materials, matched: None };
     // Some patterns leave nothing below the voxel.
     mistakes.check(&span, record.pattern.tile(seed))?;
-    Some(record)
+    let examples = examples.map(|examples| TextureExamples { seed, ..examples });
+    Some(BelowVoxel { record, examples })
+}
+
+/// Takes what patterns are matched from; other patterns have no examples.
+fn examples(
+    table: &mut Fields<'_, '_, '_>,
+    usual: Option<TextureExamples>,
+    folder: &Path,
+) -> Option<Option<TextureExamples>> {
+    let Some(usual) = usual else {
+        for key in ["examples", "pixel_m"] {
+            table.refuse(key, format!("{key} is of pattern = \"{MATCH}\" alone"));
+            drop(table.value(key));
+        }
+        return Some(None);
+    };
+
+    let files = match table.has("examples") {
+        true => files_of(table, "examples", folder, "\"fine.tif\""),
+        false => Vec::new(),
+    };
+    let pixel = table.take::<f64>("pixel_m");
+    if let Some(pixel) = &pixel {
+        let range = PIXELS.contains(pixel.get_ref()) && !files.is_empty();
+        let wanted = || {
+            format!(
+                "pixel_m is the side of the pixels of examples, {} to {}; name examples, too",
+                PIXELS.start(),
+                PIXELS.end()
+            )
+        };
+        table.mistakes.check(&pixel.span(), range.then_some(()).ok_or_else(wanted))?;
+    }
+    Some(Some(TextureExamples { files, pixel_m: pixel.map(Spanned::into_inner), ..usual }))
 }
 
 /// A number within a range.

@@ -34,11 +34,21 @@ pub(super) fn crs(table: &mut Fields<'_, '_, '_>) -> Option<String> {
 
 /// Files by names that count from the recipe's folder, all of which exist.
 pub(super) fn files(table: &mut Fields<'_, '_, '_>, folder: &Path, example: &str) -> Vec<PathBuf> {
-    let Some(names) = table.need::<OneOrMany<String>>("file", example) else { return Vec::new() };
+    files_of(table, "file", folder, example)
+}
+
+/// Files by names under any key.
+pub(super) fn files_of(
+    table: &mut Fields<'_, '_, '_>,
+    key: &'static str,
+    folder: &Path,
+    example: &str,
+) -> Vec<PathBuf> {
+    let Some(names) = table.need::<OneOrMany<String>>(key, example) else { return Vec::new() };
     let span = names.span();
     let names = names.into_inner().into_vec();
     if names.is_empty() {
-        table.mistakes.add(&span, format!("file names none; write file = {example}"));
+        table.mistakes.add(&span, format!("{key} names none; write {key} = {example}"));
     }
     let found = names.into_iter().filter_map(|name| table.mistakes.check(&span, matching(folder, &name)));
     found.flatten().filter_map(|path| file(table, &span, &path)).collect()

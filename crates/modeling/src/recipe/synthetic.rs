@@ -1,5 +1,7 @@
 //! The tables of what no file holds: `[[terrain]]`, `[detail]`, `[[texture]]`, `[palette]`; `[[patch]]` is in `patches`.
 
+use std::path::Path;
+
 use glam::DVec2;
 use serde::Deserialize;
 use toml::Spanned;
@@ -15,6 +17,7 @@ use crate::features::WATER;
 use crate::recipe::contents::Lines;
 use crate::synthetic::{
     Circle, Detail, Hills, Palette, Pattern, PlateauTop, Roughness, Stop, Synthetic, Terrain, Texture,
+    TextureExamples,
 };
 use hedgehop::voxel::DetailRecord;
 use hedgehop_base::document::Reading;
@@ -23,6 +26,7 @@ use hedgehop_base::document::Reading;
 pub(super) fn synthetic(
     root: &mut Fields<'_, '_, '_>,
     known: &Materials,
+    folder: &Path,
     lines: &mut Lines,
 ) -> (Synthetic, bool) {
     let (mut shapes, mut materials) = (Vec::new(), Vec::new());
@@ -55,12 +59,14 @@ pub(super) fn synthetic(
         patches.extend(painted);
     }
 
-    let detail = root.table("detail", "[detail]").and_then(|table| detail(table, known)).unwrap_or_default();
+    let detail =
+        root.table("detail", "[detail]").and_then(|table| detail(table, known, folder)).unwrap_or_default();
     let synthetic = Synthetic {
         terrain: shapes,
         materials,
         detail: detail.below_posts,
         below_voxel: detail.below_voxel,
+        examples: detail.examples,
         palette: root.table("palette", "[palette]").and_then(palette),
         textures,
         patches,
@@ -216,13 +222,14 @@ enum RoughnessWord {
 struct DetailTable {
     below_posts: Option<Detail>,
     below_voxel: Option<DetailRecord>,
+    examples: Option<TextureExamples>,
 }
 
 /// `[detail]`: what is finer than the posts of elevation, and than voxels. A table that speaks of imagery alone leaves heights as they are.
-fn detail(mut table: Fields<'_, '_, '_>, known: &Materials) -> Option<DetailTable> {
+fn detail(mut table: Fields<'_, '_, '_>, known: &Materials, folder: &Path) -> Option<DetailTable> {
     let of_heights =
         !table.has("imagery") || ["seed", "roughness", "limit_m"].iter().any(|key| table.has(key));
-    let below_voxel = below_voxel(&mut table, known);
+    let below_voxel = below_voxel(&mut table, known, folder);
     let seed = table.seed();
     let roughness = match table.take::<RoughnessWord>("roughness") {
         None => Some(Roughness::Auto),
@@ -238,7 +245,9 @@ fn detail(mut table: Fields<'_, '_, '_>, known: &Materials) -> Option<DetailTabl
     let limit_m = table.number("limit_m", AMOUNT.holds, AMOUNT.want);
     table.finish();
     let below_posts = Detail { seed, roughness: roughness?, limit_m };
-    Some(DetailTable { below_posts: of_heights.then_some(below_posts), below_voxel: below_voxel? })
+    let (below_voxel, examples) =
+        below_voxel?.map_or((None, None), |below| (Some(below.record), below.examples));
+    Some(DetailTable { below_posts: of_heights.then_some(below_posts), below_voxel, examples })
 }
 
 const PATTERNS: [KindWord<Pattern>; 5] = [

@@ -81,7 +81,7 @@ pub(super) fn read(path: &Path, mut root: Fields<'_, '_, '_>) -> Option<Recipe> 
 
     options.materials = cover::materials(&mut root);
     let is_whole;
-    (options.synthetic, is_whole) = synthetic(&mut root, &options.materials, &mut lines);
+    (options.synthetic, is_whole) = synthetic(&mut root, &options.materials, &folder, &mut lines);
     let tables = root.tables("elevation", "[[elevation]]");
 
     // Of shapes in which something is wrong one may be the plane.

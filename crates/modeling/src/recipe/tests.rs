@@ -3,6 +3,7 @@ use std::path::PathBuf;
 
 use super::*;
 use crate::NodataFill;
+use crate::synthetic::TextureExamples;
 use hedgehop::voxel::{DetailRecord, Material};
 use hedgehop_geo::VerticalDatum;
 use hedgehop_texture::Generator;
@@ -268,7 +269,11 @@ const WRONG: &[(&str, usize, &[&str])] = &[
     ),
     ("[detail]\nroughness = \"rough\"\n", 2, &["roughness is \"auto\", or 0.2 to 0.9"]),
     ("[detail]\nseed = -1\n", 2, &["seed"]),
-    ("[detail]\nimagery = \"gras\"\n", 2, &["no texture is called \"gras\"", "\"maps\"", "or \"off\""]),
+    (
+        "[detail]\nimagery = \"gras\"\n",
+        2,
+        &["no texture is called \"gras\"", "\"maps\"", "or \"match\" or \"off\""],
+    ),
     ("[detail]\nimagery = 3\n", 2, &["imagery is the name of a pattern", "[detail.imagery]"]),
     ("[detail.imagery]\nstrength = 3\n", 2, &["strength must be 0 to 2"]),
     ("[detail.imagery]\npattern = \"maps\"\noctaves = 3\n", 3, &["the pattern \"maps\" has no octaves"]),
@@ -290,6 +295,13 @@ const WRONG: &[(&str, usize, &[&str])] = &[
         &["the factor of grass must be a number from 0 to 4"],
     ),
     ("[detail.imagery]\nmaterials = { gras = 1 }\n", 2, &["there is no material \"gras\"", "did you mean"]),
+    ("[detail.imagery]\nexamples = \"fine.tif\"\n", 2, &["examples is of pattern = \"match\" alone"]),
+    ("[detail.imagery]\npattern = \"match\"\nexamples = \"no.tif\"\n", 3, &["no.tif"]),
+    (
+        "[detail.imagery]\npattern = \"match\"\npixel_m = 0.1\n",
+        3,
+        &["pixel_m is the side of the pixels of examples"],
+    ),
     ("[detail.imagery]\nstrenght = 1\n", 2, &["has no key `strenght`", "did you mean `strength`"]),
     (
         "[[texture]]\nkind = \"waves\"\nsize_m = 3\ncolours = [\"#123456\", \"greenish\"]\n",
@@ -325,9 +337,22 @@ fn detail_of_imagery_is_not_that_of_heights() {
         strength: 0.5,
         relief: 0.0,
         materials: [("grass".to_owned(), 2.0), ("water".to_owned(), 0.1)].into(),
+        matched: None,
     };
-    let read = read(all);
-    assert_eq!((read.detail, read.below_voxel), (None, Some(record)));
+    let found = read(all);
+    assert_eq!((found.detail, found.below_voxel, found.examples), (None, Some(record), None));
+
+    // Light on the ground is in the imagery that patterns are matched from.
+    let matched = read("[detail]\nimagery = \"match\"\n");
+    assert_eq!(
+        (matched.below_voxel.unwrap().relief, matched.examples),
+        (0.0, Some(TextureExamples::default()))
+    );
+    fs::write(site.folder.path().join("fine.tif"), "").unwrap();
+    let named =
+        read("[detail.imagery]\npattern = \"match\"\nexamples = \"fine.tif\"\npixel_m = 0.1\nseed = 4\n");
+    let examples = named.examples.unwrap();
+    assert_eq!((examples.files.len(), examples.pixel_m, examples.seed), (1, Some(0.1), 4));
 }
 
 /// Ground without elevation.

@@ -11,6 +11,7 @@
 //! After Nack et al., US 5,317,689 (1994): synthetic surfaces, random fractals as a transform of elevation, textures and palettes.
 
 mod detail;
+mod examples;
 mod lattice;
 mod line;
 mod markings;
@@ -24,6 +25,7 @@ mod texture;
 use glam::DVec2;
 
 pub use detail::{Detail, Roughness};
+pub use examples::TextureExamples;
 pub(super) use lattice::Lattice;
 pub use markings::{TouchdownZone, bomb_circle, lake};
 pub use palette::{Palette, Stop};
@@ -49,6 +51,8 @@ pub struct Synthetic {
     pub detail: Option<Detail>,
     /// Detail below the finest voxels, which no page holds; `None`: as usual.
     pub below_voxel: Option<DetailRecord>,
+    /// Imagery that its pattern is matched from; `None`: it is generated.
+    pub examples: Option<TextureExamples>,
     /// Colours of bare ground; `None`: by the program's own ramp.
     pub palette: Option<Palette>,
     /// Patterns over it, each over those before it.

@@ -199,6 +199,7 @@ fn all(options: &mut BuildOptions) {
         materials: Vec::new(),
         detail: Some(Detail { seed: 3, roughness: Roughness::Auto, limit_m: None }),
         below_voxel: None,
+        examples: None,
         palette: Some(Palette::new(
             &[Stop { at: 0.0, colour: [80, 110, 60] }, Stop { at: 500.0, colour: [200; 3] }],
             &[],

@@ -5,6 +5,7 @@ mod conformance;
 mod corridors;
 mod features;
 mod land_cover;
+mod matched;
 mod real_places;
 mod registration;
 mod shadows;
