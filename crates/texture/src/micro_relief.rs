@@ -4,13 +4,24 @@
 //! h(k) = d(k) / |k|                                    what is bright stands out
 //! −∂h/∂s = −i (k·s / |k|) d(k)                         s: towards the sun
 //! lit = cos φ · d − sin φ · √2 · ∂h/∂s                 in octaves as strong as those of d
+//!
+//! heights = h of waves no longer than a voxel          tops and hollows rounded, mean 0 over each voxel
 //! ```
 //!
 //! A slope along one direction has, of a pattern without direction, half of its power in every octave: hence √2. Where the sun stands low, the light of a
 //! rough surface is its slope towards it (Kube and Pentland 1988, *On the imaging of fractal surfaces*).
 
+use std::f64::consts::TAU;
+
 use crate::cells::{Cells, SIDE};
 use crate::fourier::{Phasors, signed};
+use crate::tile::CELLS_PER_VOXEL;
+
+/// Cycles of the side of waves that are as long as a voxel.
+const PER_VOXEL: f64 = (SIDE / CELLS_PER_VOXEL) as f64;
+
+/// Standard deviations of height at which tops and hollows are rounded off.
+const ROUND: f64 = 1.5;
 
 /// A pattern, and the slopes of relief that is as rough.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,8 +48,31 @@ impl MicroRelief {
         }
 
         let Phasors { real, imaginary } = waves.of_frequencies();
-        let cells = |values: Vec<f64>| Cells::of(|column, row| values[row as usize * SIDE + column as usize]);
-        Self { pattern, falls: [cells(real), cells(imaginary)] }
+        Self { pattern, falls: [cells(&real), cells(&imaginary)] }
+    }
+
+    /// Heights of the surface in waves no longer than a voxel: mean 0 over each of its voxels, without a step where they meet.
+    pub fn heights(&self) -> Cells {
+        let mut waves = Phasors::of_real(self.pattern.values().to_vec()).frequencies();
+        for (at, (re, im)) in waves.real.iter_mut().zip(&mut waves.imaginary).enumerate() {
+            let [x, y] = [at % SIDE, at / SIDE].map(signed);
+            let length = x.hypot(y);
+            // Means of whole rows and columns are left out, too.
+            let share = if length < PER_VOXEL || x == 0.0 || y == 0.0 { 0.0 } else { PER_VOXEL / length };
+            (*re, *im) = (*re * share, *im * share);
+        }
+        let heights = cells(&waves.of_frequencies().real);
+
+        let unit = (ROUND * heights.deviation()).recip();
+        let rounded = heights.joined(&heights, |height, _| (unit * height).tanh());
+
+        // What is left of means goes with bumps that are level at the voxels' edges.
+        let means = rounded.averaged(CELLS_PER_VOXEL);
+        Cells::of(|column, row| {
+            let [x, y] = [column, row].map(|at| at % CELLS_PER_VOXEL as i64);
+            let bump = [x, y].map(|at| 1.0 - ((at as f64 + 0.5) / CELLS_PER_VOXEL as f64 * TAU).cos());
+            rounded.at(column, row) - means.at(column - x, row - y) * bump[0] * bump[1]
+        })
     }
 
     /// The pattern itself.
@@ -58,9 +92,14 @@ impl MicroRelief {
     }
 }
 
+/// Cells of such values, row by row.
+fn cells(values: &[f64]) -> Cells {
+    Cells::of(|column, row| values[row as usize * SIDE + column as usize])
+}
+
 #[cfg(test)]
 mod tests {
-    use std::f64::consts::{FRAC_PI_2, SQRT_2, TAU};
+    use std::f64::consts::{FRAC_PI_2, SQRT_2};
 
     use super::*;
     use crate::octaves::broad_band;
@@ -107,5 +146,30 @@ mod tests {
                 assert!((10.0 * (now / then).log10()).abs() < 0.6, "{degrees}°: {now} for {then}");
             }
         }
+    }
+
+    #[test]
+    fn heights_keep_means_of_voxels_without_steps_between_them() {
+        let octaves: Vec<Cells> = (0..4).map(|seed| XorPattern::seeded(seed).cells()).collect();
+        let heights = MicroRelief::new(broad_band(&octaves)).heights();
+        let voxels = heights.averaged(CELLS_PER_VOXEL);
+        let side = CELLS_PER_VOXEL as i64;
+        for (column, row) in (0..17).flat_map(|column| (0..17).map(move |row| (column * side, row * side))) {
+            assert!(voxels.at(column, row).abs() < 1e-9);
+        }
+
+        // From a voxel to the next heights differ by no more than within one.
+        let change = |is_edge: bool| {
+            let places = (0..SIDE as i64).flat_map(|row| (0..SIDE as i64).map(move |column| (column, row)));
+            let own = places.filter(|(column, _)| (column % side == side - 1) == is_edge);
+            let squares = own.map(|(x, y)| (heights.at(x + 1, y) - heights.at(x, y)).powi(2));
+            let (sum, count) = squares.fold((0.0, 0.0), |(sum, count), square| (sum + square, count + 1.0));
+            f64::sqrt(sum / count)
+        };
+        assert!((change(true) / change(false) - 1.0).abs() < 0.1, "{} {}", change(true), change(false));
+
+        // No peak is more than thrice the deviation.
+        let peak = heights.values().iter().fold(0.0_f64, |peak, height| peak.max(height.abs()));
+        assert!(peak < 3.0 * heights.deviation(), "{}", peak / heights.deviation());
     }
 }
