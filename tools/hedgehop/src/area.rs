@@ -121,13 +121,17 @@ pub fn description(header: &Header) -> Result<String> {
     }
 
     if let Some(detail) = &metadata.detail {
-        let DetailRecord { pattern, seed, strength, relief, .. } = detail;
+        let DetailRecord { pattern, seed, strength, relief, displacement, displacements, .. } = detail;
         let pattern = pattern.name();
         let sentence = match *strength > 0.0 {
             true => format!("pattern {pattern}, seed {seed}, strength {strength}, relief {relief}"),
             false => "none below the voxels".to_owned(),
         };
         row("detail", sentence);
+        let most = displacements.values().fold(*displacement, |most, metres| most.max(*metres));
+        if most > 0.0 {
+            row("", format!("displaces the ground by up to {most} m"));
+        }
     }
 
     for (index, note) in metadata.notes.iter().enumerate() {

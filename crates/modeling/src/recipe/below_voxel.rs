@@ -1,14 +1,14 @@
 //! The key `imagery` of `[detail]`: what lies below the finest voxel.
 
 use std::collections::BTreeMap;
-use std::ops::RangeInclusive;
+use std::ops::{Range, RangeInclusive};
 use std::path::Path;
 
 use toml::de::DeValue;
-use toml::{Spanned, Table};
+use toml::{Spanned, Table, Value};
 
 use super::cover;
-use super::fields::Fields;
+use super::fields::{Fields, Mistakes};
 use super::files::files_of;
 use crate::Materials;
 use crate::synthetic::TextureExamples;
@@ -90,13 +90,23 @@ fn below(mut table: Fields<'_, '_, '_>, known: &Materials, folder: &Path) -> Opt
     let seed = table.seed();
     let strength = bounded(&mut table, "strength", DetailRecord::STRENGTHS, usual.record.strength);
     let relief = bounded(&mut table, "relief", DetailRecord::RELIEFS, usual.record.relief);
-    let materials = materials(&mut table, known);
+    let materials = factors(&mut table, known);
+    let displaced = displacement(&mut table, known);
     let examples = examples(&mut table, usual.examples, folder)?;
     let span = table.span();
     table.finish();
 
-    let (pattern, strength, relief, materials) = (pattern?, strength?, relief?, materials?);
-    let record = DetailRecord { pattern, seed, strength, relief, materials, matched: None };
+    let Displaced { all: displacement, by_material: displacements } = displaced?;
+    let record = DetailRecord {
+        pattern: pattern?,
+        seed,
+        strength: strength?,
+        relief: relief?,
+        materials: materials?,
+        displacement,
+        displacements,
+        matched: None,
+    };
     // Some patterns leave nothing below the voxel.
     mistakes.check(&span, record.pattern.tile(seed))?;
     let examples = examples.map(|examples| TextureExamples { seed, ..examples });
@@ -182,22 +192,84 @@ fn parameters(table: &mut Fields<'_, '_, '_>, pattern: Generator) -> Option<Gene
     table.mistakes.check(&span, found.check().map(|()| found))
 }
 
+/// Numbers that a table has of materials by name.
+#[derive(Clone, Copy)]
+struct MaterialNumbers {
+    /// Words for one of them.
+    name: &'static str,
+    range: fn() -> RangeInclusive<f64>,
+    unit: &'static str,
+}
+
+const FACTORS: MaterialNumbers =
+    MaterialNumbers { name: "factor", range: || DetailRecord::FACTORS, unit: "" };
+const DISPLACEMENTS: MaterialNumbers =
+    MaterialNumbers { name: "displacement", range: || DetailRecord::DISPLACEMENTS, unit: " m" };
+
+impl MaterialNumbers {
+    /// Reads the table of a key.
+    fn read(
+        self,
+        given: Table,
+        span: &Range<usize>,
+        known: &Materials,
+        mistakes: &Mistakes<'_>,
+    ) -> Option<BTreeMap<String, f64>> {
+        let (Self { name: what, unit, .. }, range) = (self, (self.range)());
+        let mut numbers = BTreeMap::new();
+        for (name, value) in given {
+            let Some(number) = number_of(&value).filter(|number| range.contains(number)) else {
+                let (least, most) = (range.start(), range.end());
+                let what = format!("the {what} of {name} must be a number from {least} to {most}{unit}");
+                mistakes.add(span, what);
+                return None;
+            };
+            cover::named(&Spanned::new(span.clone(), name.clone()), known, mistakes)?;
+            numbers.insert(name, number);
+        }
+        Some(numbers)
+    }
+}
+
+/// A number, whole or not.
+fn number_of(value: &Value) -> Option<f64> {
+    value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64))
+}
+
 /// Factors of materials by name.
-fn materials(table: &mut Fields<'_, '_, '_>, known: &Materials) -> Option<BTreeMap<String, f64>> {
+fn factors(table: &mut Fields<'_, '_, '_>, known: &Materials) -> Option<BTreeMap<String, f64>> {
     let Some(given) = table.take::<Table>("materials") else { return Some(BTreeMap::new()) };
     let span = given.span();
-    let mut factors = BTreeMap::new();
-    for (name, value) in given.into_inner() {
-        let factor = value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64));
-        let range = DetailRecord::FACTORS;
-        let Some(factor) = factor.filter(|factor| range.contains(factor)) else {
-            let what =
-                format!("the factor of {name} must be a number from {} to {}", range.start(), range.end());
-            table.mistakes.add(&span, what);
-            return None;
-        };
-        cover::named(&Spanned::new(span.clone(), name.clone()), known, table.mistakes)?;
-        factors.insert(name, factor);
+    FACTORS.read(given.into_inner(), &span, known, table.mistakes)
+}
+
+/// How far ground is displaced: metres, and metres of materials by name.
+#[derive(Default)]
+struct Displaced {
+    all: f64,
+    by_material: BTreeMap<String, f64>,
+}
+
+/// Reads `displacement`: metres of all ground, or a table of materials.
+fn displacement(table: &mut Fields<'_, '_, '_>, known: &Materials) -> Option<Displaced> {
+    let Some(given) = table.take::<Value>("displacement") else { return Some(Displaced::default()) };
+    let span = given.span();
+    match given.into_inner() {
+        Value::Table(given) => {
+            let by_material = DISPLACEMENTS.read(given, &span, known, table.mistakes)?;
+            Some(Displaced { all: 0.0, by_material })
+        }
+        given => {
+            let range = DetailRecord::DISPLACEMENTS;
+            let metres = number_of(&given).filter(|metres| range.contains(metres));
+            let wanted = || {
+                let (least, most) = (range.start(), range.end());
+                format!(
+                    "displacement must be {least} to {most} m, or a table of materials, as in {{ grass = 0.1 }}"
+                )
+            };
+            let all = table.mistakes.check(&span, metres.ok_or_else(wanted))?;
+            Some(Displaced { all, ..Displaced::default() })
+        }
     }
-    Some(factors)
 }

@@ -302,6 +302,22 @@ const WRONG: &[(&str, usize, &[&str])] = &[
         3,
         &["pixel_m is the side of the pixels of examples"],
     ),
+    (
+        "[detail.imagery]\ndisplacement = 7\n",
+        2,
+        &["displacement must be 0 to 5 m, or a table", "{ grass = 0.1 }"],
+    ),
+    ("[detail.imagery]\ndisplacement = \"high\"\n", 2, &["displacement must be 0 to 5 m"]),
+    (
+        "[detail.imagery]\ndisplacement = { grass = -0.1 }\n",
+        2,
+        &["the displacement of grass must be a number from 0 to 5 m"],
+    ),
+    (
+        "[detail.imagery]\ndisplacement = { gras = 1 }\n",
+        2,
+        &["there is no material \"gras\"", "did you mean"],
+    ),
     ("[detail.imagery]\nstrenght = 1\n", 2, &["has no key `strenght`", "did you mean `strength`"]),
     (
         "[[texture]]\nkind = \"waves\"\nsize_m = 3\ncolours = [\"#123456\", \"greenish\"]\n",
@@ -330,17 +346,22 @@ fn detail_of_imagery_is_not_that_of_heights() {
     assert!(both.detail.is_some_and(|detail| detail.seed == 3));
     assert_eq!(both.below_voxel, Some(DetailRecord { pattern: Generator::Maps, ..DetailRecord::default() }));
 
-    let all = "[detail.imagery]\npattern = \"waves\"\nwavelength_voxels = 0.4\nseed = 5\nstrength = 0.5\nrelief = 0\nmaterials = { grass = 2, water = 0.1 }\n";
+    let all = "[detail.imagery]\npattern = \"waves\"\nwavelength_voxels = 0.4\nseed = 5\nstrength = 0.5\nrelief = 0\nmaterials = { grass = 2, water = 0.1 }\ndisplacement = { gravel = 0.05, grass = 1 }\n";
     let record = DetailRecord {
         pattern: Generator::Waves { wavelength: 6.0 },
         seed: 5,
         strength: 0.5,
         relief: 0.0,
         materials: [("grass".to_owned(), 2.0), ("water".to_owned(), 0.1)].into(),
+        displacement: 0.0,
+        displacements: [("gravel".to_owned(), 0.05), ("grass".to_owned(), 1.0)].into(),
         matched: None,
     };
     let found = read(all);
     assert_eq!((found.detail, found.below_voxel, found.examples), (None, Some(record), None));
+
+    let everywhere = read("[detail.imagery]\ndisplacement = 0.25\n").below_voxel;
+    assert_eq!(everywhere, Some(DetailRecord { displacement: 0.25, ..DetailRecord::default() }));
 
     // Light on the ground is in the imagery that patterns are matched from.
     let matched = read("[detail]\nimagery = \"match\"\n");
