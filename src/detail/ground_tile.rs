@@ -80,9 +80,16 @@ impl GroundTile {
     /// Nothing is left of the pattern without its means over voxels.
     pub fn new(pattern: &Cells) -> Result<Self> {
         let (mean, unit) = (pattern.mean(), 1.0 / pattern.deviation());
-        let light = pattern.joined(pattern, |value, _| (1.0 + SKEW * unit * (value - mean)).max(0.0).powi(2));
+        Self::of(&pattern.joined(pattern, |value, _| (1.0 + SKEW * unit * (value - mean)).max(0.0).powi(2)))
+    }
+
+    /// Makes a tile of cells as they are, but for their means over voxels and their unit.
+    ///
+    /// # Errors
+    /// Nothing is left of them.
+    pub fn of(cells: &Cells) -> Result<Self> {
         let mut tile = Self { classes: Vec::new(), sums: Vec::new() };
-        tile.add(f32::NEG_INFINITY, &light, |_| 1.0)?;
+        tile.add(f32::NEG_INFINITY, cells, |_| 1.0)?;
         Ok(tile)
     }
 
@@ -111,6 +118,11 @@ impl GroundTile {
             }
             steps *= 0.5;
         }
+    }
+
+    /// Returns the greatest value, of either sign, that any mean may have.
+    pub fn peak(&self) -> f64 {
+        self.classes.iter().map(TileClass::peak).fold(0.0, f64::max)
     }
 
     /// Share that detail has under a footprint of so many voxels along and across.
@@ -181,6 +193,12 @@ pub struct RoughPattern {
 }
 
 impl TileClass {
+    /// Greatest change of light, of either sign.
+    fn peak(&self) -> f64 {
+        let steps = self.tile.steps().iter().map(|step| step.unsigned_abs()).max();
+        f64::from(steps.unwrap_or_default()) * self.tile.scale() * self.unit
+    }
+
     /// Change of light per part of a step.
     #[inline(always)]
     fn per_sum(&self) -> f32 {

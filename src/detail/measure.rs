@@ -4,7 +4,7 @@ use super::amplitude::material_factor;
 use crate::voxel::{Header, Material, Metadata};
 
 /// Classes of material that a voxel can hold.
-const CLASSES: usize = 256;
+pub(super) const CLASSES: usize = 256;
 
 /// Height step and factors of materials of a database.
 #[derive(Debug, Clone, PartialEq)]
@@ -40,13 +40,15 @@ fn factors(metadata: &Metadata) -> [f32; CLASSES] {
 
     let asked = metadata.detail.iter().flat_map(|detail| &detail.materials);
     for (name, factor) in asked {
-        let own = metadata.materials.iter().filter(|record| record.name == *name).map(|record| record.number);
-        let known = Material::named(name).map(Material::code);
-        for number in own.chain(known) {
-            factors[usize::from(number)] = *factor as f32;
-        }
+        classes_named(metadata, name).for_each(|class| factors[class] = *factor as f32);
     }
     factors
+}
+
+/// Iterates over the numbers of the classes of material of a name, a database's own and the program's.
+pub(super) fn classes_named(metadata: &Metadata, name: &str) -> impl Iterator<Item = usize> {
+    let own = metadata.materials.iter().filter(move |record| record.name == name).map(|record| record.number);
+    own.chain(Material::named(name).map(Material::code)).map(usize::from)
 }
 
 #[cfg(test)]

@@ -10,6 +10,7 @@
 //! pixels nearer than a voxel's width:
 //!     light × (1 + amplitude · mean of a repeating tile over the footprint)                    ground tile
 //!     tiles   of the pattern that a database asks for, as the sun lights it                    synthesis
+//!     height + reach of the material · mean of a tile of heights over the pixel, if asked for  displacement
 //! ```
 //!
 //! Real pictures hold about as much contrast in each octave as in the one before (measured over five, from 0.1 m to 3 m a pixel),
@@ -17,6 +18,7 @@
 
 mod amplitude;
 mod blocks;
+mod displacement;
 mod facade;
 mod field;
 mod ground_tile;
@@ -31,6 +33,7 @@ mod walls;
 
 pub use amplitude::MOST_DEVIATION;
 pub use blocks::{DetailBlocks, DetailedColour, PostCell};
+pub use displacement::{DisplacedRelief, Displacement, DisplacementView};
 pub use facade::{AlongMeans, FacadePattern, WallFootprint};
 pub use ground_tile::{FADING, GroundTile};
 pub use measure::DetailMeasure;

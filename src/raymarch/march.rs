@@ -2,10 +2,12 @@
 
 use glam::{DVec2, DVec3};
 
+use super::displaced::DisplacedPatch;
 use super::sectors::{RayHorizon, SectorLook};
 use super::surface::{Patch, block_contact};
 use super::walk::Lattice;
 use super::{CellStep, CellWalk, GridRay, LevelBands, PageCursor, SectorHorizons, SolidHit, Solids, Surface};
+use crate::detail::Displacement;
 use crate::earth::Curvature;
 use crate::voxel::{Grid, PageSource, RADIX};
 use hedgehop_base::error::Result;
@@ -49,6 +51,8 @@ pub struct Marcher<'a> {
     /// Bounds that tell where rays may begin, and those of the latest ray by its slope.
     horizons: Option<&'a SectorHorizons>,
     latest: Option<(DVec3, RayHorizon<'a>)>,
+    /// Displacement of the smooth surface of the finest level.
+    displacement: Option<&'a Displacement>,
 }
 
 /// Ground distance beyond which an area without end is not looked at, metres, whatever the air: from 10 km up
@@ -83,6 +87,12 @@ struct RaySearch<'r> {
     level: u8,
     /// Whether bare ground alone is sought.
     bare: bool,
+}
+
+/// Heights at a cell's corners, metres, and the lattice that it belongs to.
+struct SmoothCell<'l> {
+    corners: [f64; 4],
+    lattice: &'l Lattice,
 }
 
 /// Range at a ground distance, metres: a vertical ray stays at ground distance 0, in the first band, for ever.
@@ -135,7 +145,14 @@ impl<'a> Marcher<'a> {
             far: f64::INFINITY,
             horizons: None,
             latest: None,
+            displacement: None,
         }
+    }
+
+    /// The same over displaced ground, of a smooth surface that does not repeat.
+    pub fn displaced(self, displacement: Option<&'a Displacement>) -> Self {
+        let ceiling = self.ceiling + displacement.map_or(0.0, |displacement| displacement.bound(0.0));
+        Self { displacement, ceiling, ..self }
     }
 
     /// The same with rays that begin where these horizons, of its own bands and curvature, let them meet something; they meet the same.
@@ -341,7 +358,9 @@ impl<'a> Marcher<'a> {
     fn descend(&mut self, search: &RaySearch<'_>, level: u8, walk: CellWalk) -> Result<Option<Contact>> {
         let ray = search.ray;
         for step in walk {
-            if ray.lowest_between(step.enter, step.leave) > self.cursor.upper_bound(level, step.cell)? {
+            let highest =
+                self.cursor.upper_bound(level, step.cell)? + self.lift(search, search.level, step.enter);
+            if ray.lowest_between(step.enter, step.leave) > highest {
                 continue;
             }
             let contact = if level == search.level + 1 {
@@ -355,6 +374,12 @@ impl<'a> Marcher<'a> {
             }
         }
         Ok(None)
+    }
+
+    /// Returns a bound of how far the surface of a level is displaced from a range on, metres.
+    fn lift(&self, search: &RaySearch<'_>, level: u8, range: f64) -> f64 {
+        let distance = || range * search.ray.ground_cosine / self.grid.spacing;
+        self.displacement.filter(|_| level == 0).map_or(0.0, |displacement| displacement.bound(distance()))
     }
 
     /// Returns the cursor of the search's ground.
@@ -393,15 +418,14 @@ impl<'a> Marcher<'a> {
         lattice: &Lattice,
     ) -> Result<Option<Contact>> {
         let found = match self.surface {
-            Surface::Smooth => self.on(search).corners(level, step.cell)?.map(|corners| {
-                let [a, b, c, d] = corners;
-                let highest = a.max(b).max(c.max(d));
-                if search.ray.lowest_between(step.enter, step.leave) > highest + CLEAR {
-                    return None;
+            Surface::Smooth => match self.on(search).corners(level, step.cell)? {
+                Some(corners) => {
+                    let contact =
+                        self.smooth_contact(search, level, step, SmoothCell { corners, lattice })?;
+                    Some(contact.map(|range| (range, None)))
                 }
-                let contact = Patch::new(corners).first_contact(search.ray, step, lattice.place(step));
-                contact.map(|range| (range, None))
-            }),
+                None => None,
+            },
             Surface::Blocks => self.on(search).height(level, step.cell)?.map(|top| {
                 let contact = block_contact(search.ray, step, top?, lattice.place(step));
                 contact.map(|(range, face)| (range, Some(face)))
@@ -419,5 +443,50 @@ impl<'a> Marcher<'a> {
             None if level < self.coarsest => self.walk_surface(search, level + 1, step.enter, step.leave),
             None => Ok(None),
         }
+    }
+
+    /// Finds the range at which the ray first is on or under the smooth surface within one cell with heights at its corners.
+    fn smooth_contact(
+        &mut self,
+        search: &RaySearch<'_>,
+        level: u8,
+        step: &CellStep,
+        cell: SmoothCell<'_>,
+    ) -> Result<Option<f64>> {
+        let SmoothCell { corners, lattice } = cell;
+        let [a, b, c, d] = corners;
+        let (lowest, highest) = (a.min(b).min(c.min(d)), a.max(b).max(c.max(d)));
+        let lift = self.lift(search, level, step.enter);
+        if search.ray.lowest_between(step.enter, step.leave) > highest + lift + CLEAR {
+            return Ok(None);
+        }
+
+        let (ground, place) = (Patch::new(corners), lattice.place(step));
+        let Some(displacement) = self.displacement.filter(|_| lift > 0.0) else {
+            return Ok(ground.first_contact(search.ray, step, place));
+        };
+        let reach = Patch::new(self.reaches(search, step.cell, displacement)?);
+        let displaced = DisplacedPatch { ground, reach, lowest: lowest - lift, displacement };
+        Ok(displaced.first_contact(search.ray, step, place))
+    }
+
+    /// Returns how far displacements reach at the corners of a cell of the finest level, metres; 0 at those whose page is absent.
+    fn reaches(
+        &mut self,
+        search: &RaySearch<'_>,
+        [west, south]: [i64; 2],
+        displacement: &Displacement,
+    ) -> Result<[f64; 4]> {
+        let cursor = self.on(search);
+        let dims = cursor.dims(0);
+        let mut reaches = [0.0; 4];
+        for (corner, reach) in reaches.iter_mut().enumerate() {
+            let voxel = [west + corner as i64 % 2, south + corner as i64 / 2];
+            let voxel = [0, 1].map(|axis| voxel[axis].clamp(0, dims[axis] - 1));
+            if let Some(attributes) = cursor.stored_attributes(0, voxel)? {
+                *reach = displacement.relief().reach(attributes.material).into();
+            }
+        }
+        Ok(reaches)
     }
 }

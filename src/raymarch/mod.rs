@@ -22,7 +22,8 @@
 //!    alone within a frame. Then all rays of a vertical plane see the same surface at the same
 //!    place, and range coherence within the plane is exact across changes of level.
 //! 3. The surface is bilinear between the posts (voxel centres) of the level by default;
-//!    [`Surface::Blocks`] gives the voxels themselves.
+//!    [`Surface::Blocks`] gives the voxels themselves. Near the eye the finest one may be
+//!    [displaced](crate::detail::Displacement): bounds grow by as much as it may be there.
 //!
 //! The surface is the top of a solid: a ray that is under it where it starts, where a level begins,
 //! or beyond a hole, ends right there.
@@ -31,6 +32,7 @@ mod bands;
 mod blocks;
 mod column;
 mod cursor;
+mod displaced;
 mod filter;
 mod ground_lanes;
 mod march;

@@ -20,6 +20,7 @@ use super::Lattice;
 use super::blocks::{OwnBlocks, corner_on_page};
 use super::walk::Extent;
 use super::{GridRay, LevelBands, PageCursor};
+use crate::detail::Displacement;
 use crate::earth::Curvature;
 use crate::space::{Camera, Footprint};
 use crate::voxel::{BLOCK_SIDE, Grid, HeightCode};
@@ -69,6 +70,7 @@ pub struct SectorHorizons {
     top: f64,
     per_quarter: usize,
     sectors: Box<[OnceLock<Sector>]>,
+    displacement: Option<Displacement>,
 }
 
 /// Bounds of one sector.
@@ -203,7 +205,19 @@ impl SectorHorizons {
             top: top.fold(f64::NEG_INFINITY, f64::max),
             per_quarter,
             sectors: (0..4 * per_quarter).map(|_| OnceLock::new()).collect(),
+            displacement: None,
         })
+    }
+
+    /// The same over displaced ground.
+    #[must_use]
+    pub fn displaced(self, displacement: Option<&Displacement>) -> Self {
+        Self { displacement: displacement.cloned(), ..self }
+    }
+
+    /// Returns a bound of how far ground is displaced at a ground distance (units) or beyond, metres.
+    fn lift(&self, distance: f64) -> f64 {
+        self.displacement.as_ref().map_or(0.0, |displacement| displacement.bound(distance))
     }
 
     /// Returns the eye: units, units, metres.
@@ -273,6 +287,7 @@ impl SectorHorizons {
                     let [[west, east], [south, north]] = part.span(&bare.cells(0));
                     if west <= east && south <= north {
                         let height = bare.highest_corner(0, [west, south], [east, north])?;
+                        let height = height + self.lift(part.reach[0]);
                         highest = highest.max(self.tangent(height, part.reach));
                     }
                 }
@@ -288,7 +303,7 @@ impl SectorHorizons {
                 let lattice = surface.voxels(level);
                 for part in self.parts(ends, [ring[0], ring[1]], lattice.side) {
                     for cell in part.cells(&lattice) {
-                        let bound = surface.upper_bound(level, cell)?;
+                        let bound = surface.upper_bound(level, cell)? + self.lift(part.reach[0]);
                         highest = highest.max(self.tangent(bound, part.reach));
                     }
                 }

@@ -15,7 +15,7 @@ use super::lights::LightPass;
 use super::overlays::{Overlays, Pass};
 use super::plumes::PlumePass;
 use super::precipitation::PrecipitationPass;
-use super::reference::GroundLight;
+use super::reference::SeenGround;
 use super::renderer::Renderer;
 use super::shadows::{ShadowPass, Shadows};
 use super::trails::TrailPass;
@@ -151,8 +151,13 @@ impl Renderer<'_> {
         let (Rendered { frame, account }, own_ranges) = match view {
             Some(view) => planes::frame(self, &view, wanted == Wanted::Channels, farm)?,
             None => {
-                let light = GroundLight { shades: self.lit.radiance.shades(), synthesis: self.synthesis()? };
-                (reference::render(self.source, camera, &self.options, light, farm)?, None)
+                let displacement = self.displacement(camera)?;
+                let seen = SeenGround {
+                    shades: self.lit.radiance.shades(),
+                    synthesis: self.synthesis()?,
+                    displacement: displacement.as_ref(),
+                };
+                (reference::render(self.source, camera, &self.options, seen, farm)?, None)
             }
         };
         let canvas = if wanted == Wanted::Codes {

@@ -33,14 +33,17 @@ pub(super) fn of_ground(renderer: &Renderer<'_>, frame: &Frame, farm: &Farm) -> 
             || row + 1 < height && is_sky(column, row + 1) != own
     };
 
+    let displacement = renderer.displacement(&frame.camera)?;
     let mut bands: Vec<Vec<MatteCoverage>> = vec![Vec::new(); height.div_ceil(SQUARE)];
     farm.each(Stage::Image, bands.iter_mut().collect(), |band, covers| {
         let rows = band * SQUARE..((band + 1) * SQUARE).min(height);
         let places = rows.flat_map(|row| (0..width).map(move |column| (column, row)));
         let mut marcher = None;
         for (column, row) in places.filter(|(column, row)| is_edge(*column, *row)) {
-            let marcher = marcher
-                .get_or_insert_with(|| reference::marcher(renderer.source, &frame.camera, &renderer.options));
+            let marcher = marcher.get_or_insert_with(|| {
+                reference::marcher(renderer.source, &frame.camera, &renderer.options)
+                    .displaced(displacement.as_ref())
+            });
             let mut hits = 0;
             for ray in 0..RAYS {
                 let [right, down] =

@@ -6,11 +6,13 @@
 //!                                        frame ◀── haze, sky ◀── merge ◀─┘
 //! ```
 
+mod above_ground;
 mod account;
 mod bodies;
 mod canvas;
 mod clouds;
 mod compose;
+mod displaced;
 mod engine;
 mod exposure;
 mod finder;
@@ -52,6 +54,8 @@ pub use renderer::Renderer;
 #[doc(hidden)]
 pub use unserved::Unserved;
 
+use std::sync::Arc;
+
 use crate::space::Camera;
 use crate::subimage::Farm;
 use crate::voxel::PageSource;
@@ -83,8 +87,17 @@ pub fn render_reference(
     options.check(camera)?;
     let shades = options.shades(source.header(), renderer::SHADES);
     let synthesis = options.synthesis(source.header())?;
-    let light = reference::GroundLight { shades: shades.as_ref(), synthesis: synthesis.as_ref() };
-    let rendered = reference::render(source, camera, options, light, farm);
+    let relief = displaced::relief(source.header(), options)?.map(Arc::new);
+    let displacement = match &relief {
+        Some(relief) => displaced::of_view(source, camera, options, relief)?,
+        None => None,
+    };
+    let seen = reference::SeenGround {
+        shades: shades.as_ref(),
+        synthesis: synthesis.as_ref(),
+        displacement: displacement.as_ref(),
+    };
+    let rendered = reference::render(source, camera, options, seen, farm);
     source.intact()?;
     rendered
 }

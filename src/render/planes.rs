@@ -4,8 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use glam::DVec3;
-
+use super::above_ground::height_above_ground;
 use super::account::{Account, Rays, Rendered, StageTimes};
 use super::limits::level_bands;
 use super::plane_image::{DepthsMut, PlaneImage, first_part};
@@ -14,30 +13,27 @@ use super::renderer::Renderer;
 use super::spans::{self, SpanRenderer};
 use super::surface;
 use crate::cache::Lent;
+use crate::detail::Displacement;
 use crate::frame::stage::{
     Band, Cell, Depths, DetailView, EdgeSums, Painter, Painting, PlaneAir, PlaneSource, RowDetail, RowFill,
     Scale,
 };
 use crate::frame::{Frame, Picture};
 use crate::pixels::Pixels;
-use crate::raymarch::PageCursor;
 use crate::raymarch::scan::{
-    BoundPyramid, FootprintGroup, KeptPlanes, MarchField, Outlook, PageFootprint, PlaneGroup, PlaneMarch,
-    Profile, RowTable, Strides,
+    BoundPyramid, DisplacedField, DisplacedPages, FootprintGroup, KeptPlanes, MarchField, Outlook,
+    PageFootprint, PlaneGroup, PlaneMarch, Profile, RowTable, Strides,
 };
 use crate::sensor::radiance::{LineSampler, RadiancePages};
 use crate::simd::{LANES, Sixteen};
 use crate::subimage::{Farm, Stage, TaskSize};
-use crate::voxel::{PageId, PageNeeds, PageSource};
+use crate::voxel::{BARE, PageId, PageNeeds};
 use crate::weather::{AtmosphereLanes, SteepHeights};
 use hedgehop_base::error::Result;
 
 /// Planes of a march task, and rows of an image task, unless told otherwise: small ones cost nothing, and many workers find
 /// one each.
 const SUITABLE: TaskSize = TaskSize { lines: 32, rows: 18 };
-
-/// Level whose surface the height above ground is counted from.
-const COARSE_LEVEL: u8 = 3;
 
 /// Time that tasks took, added up by all workers.
 #[derive(Default)]
@@ -220,19 +216,6 @@ impl<'f> SeenGroups<'f> {
     }
 }
 
-/// Height of the eye above the ground about it, metres: of a coarse level, since it is not to change with every stone, or of what stands in
-/// for it; above the lowest ground beside the area.
-fn height_above_ground(source: &dyn PageSource, eye: DVec3) -> Result<f64> {
-    let header = source.header();
-    let level = COARSE_LEVEL.min(header.level_count - 1);
-    let is_over = eye.x >= 0.0
-        && eye.y >= 0.0
-        && eye.x <= f64::from(header.grid.nx)
-        && eye.y <= f64::from(header.grid.ny);
-    let ground = if is_over { PageCursor::new(source).height_from(level, eye.truncate())? } else { None };
-    Ok((eye.z - ground.unwrap_or(header.height_range.low)).max(0.0))
-}
-
 /// Returns the distance between rows, and the height of the eye above the ground, metres.
 fn strides(renderer: &Renderer<'_>, view: &PlaneView<'_>) -> Result<(Strides, f64)> {
     let header = renderer.source.header();
@@ -258,9 +241,29 @@ pub fn footprint(renderer: &Renderer<'_>, view: &PlaneView<'_>) -> Result<PageNe
         })
         .collect();
     let bare_until = level_bands(header, view.camera, &renderer.options).bare_until();
-    let mut footprint = PageFootprint::new(renderer.source, strides, bare_until);
+    let displacement = renderer.displacement(view.camera)?;
+    let mut footprint =
+        PageFootprint::new(renderer.source, strides, bare_until).displaced(displacement.as_ref());
     footprint.add(view.eye, &groups)?;
+    if let Some(displacement) = &displacement {
+        footprint.add_materials(displaced_pages(renderer, view, displacement).ids());
+    }
     Ok(footprint.into_needs())
+}
+
+/// Finds the pages whose materials tell how far ground is displaced.
+fn displaced_pages(
+    renderer: &Renderer<'_>,
+    view: &PlaneView<'_>,
+    displacement: &Displacement,
+) -> DisplacedPages {
+    let header = renderer.source.header();
+    let bare_until = level_bands(header, view.camera, &renderer.options).bare_until();
+    let level = if bare_until > 0.0 { BARE } else { 0 };
+    let bend = renderer.options.curvature.inverse_diameter;
+    let seen = (0..view.shape.groups()).filter(|index| !view.shape.kept(*index).filled.is_empty());
+    let groups = seen.map(|index| view.shape.group(index, &header.grid, view.eye, bend));
+    DisplacedPages::of(renderer.source, displacement, level, groups)
 }
 
 /// Returns the field that a group of planes is to see.
@@ -326,13 +329,24 @@ fn see(
     let rays = Mutex::new(Rays::default());
     let unpainted = Mutex::new(Unpainted::default());
 
+    let group = |index| view.shape.group(index, &header.grid, view.eye, bend);
+    let displacement = renderer.displacement(view.camera)?;
+    let displaced = match &displacement {
+        Some(displacement) => {
+            let pages = displaced_pages(renderer, view, displacement);
+            DisplacedField::new(renderer.source, displacement, &pages)?
+        }
+        None => None,
+    };
+
     let bounds = renderer.shared.bounds.get_or_init(|| BoundPyramid::new(renderer.source));
     let synthesis = renderer.synthesis()?;
     // What a worker looked up serves all of its tasks.
     let worker = |waits: bool| {
         let light = RadiancePages::new(renderer.source, &renderer.lit.radiance);
         Worker {
-            march: PlaneMarch::new(renderer.source, &renderer.shared.turned, strides.clone(), bounds),
+            march: PlaneMarch::new(renderer.source, &renderer.shared.turned, strides.clone(), bounds)
+                .displaced(displaced.as_ref()),
             paint: Paint {
                 painter: Painter {
                     sampler: LineSampler::new(if waits { light } else { light.without_waiting() }),
@@ -348,7 +362,6 @@ fn see(
         }
     };
 
-    let group = |index| view.shape.group(index, &header.grid, view.eye, bend);
     // Returns pages that are missing: what is painted then is to be painted again.
     let paint = |Paint { painter, air, sums, span_renderer }: &mut Paint<'_>,
                  group: &PlaneGroup,

@@ -7,7 +7,7 @@ use glam::Vec3;
 use super::account::{Account, Rays, Rendered, StageTimes};
 use super::limits::{far_limit, level_bands};
 use super::options::RenderOptions;
-use crate::detail::Synthesis;
+use crate::detail::{Displacement, Synthesis};
 use crate::frame::Frame;
 use crate::raymarch::{Contact, Marcher, SurfaceFilter, SurfaceSample, march_column};
 use crate::space::Camera;
@@ -17,13 +17,15 @@ use crate::voxel::PageSource;
 use crate::weather::Atmosphere;
 use hedgehop_base::error::Result;
 
-/// Shadows and detail on the ground.
+/// Ground as it is seen: shadows and detail on it, and its displacement.
 #[derive(Clone, Copy, Default)]
-pub(super) struct GroundLight<'l> {
+pub(super) struct SeenGround<'l> {
     /// `None`: nothing lies in shadow.
     pub(super) shades: Option<&'l Shades>,
     /// `None`: there is no detail below the voxel.
     pub(super) synthesis: Option<&'l Synthesis>,
+    /// `None`: it lies as its posts say.
+    pub(super) displacement: Option<&'l Displacement>,
 }
 
 /// Pixels of one subimage, `[column][row]`.
@@ -58,11 +60,11 @@ pub(super) fn render(
     source: &dyn PageSource,
     camera: &Camera,
     options: &RenderOptions,
-    light: GroundLight<'_>,
+    seen: SeenGround<'_>,
     farm: &Farm,
 ) -> Result<Rendered> {
     let subimages =
-        farm.render(camera.width, |subimage| render_subimage(source, camera, options, light, subimage))?;
+        farm.render(camera.width, |subimage| render_subimage(source, camera, options, seen, subimage))?;
     let mut times = StageTimes {
         march: subimages.iter().map(|subimage| subimage.march).sum(),
         shade: subimages.iter().map(|subimage| subimage.shade).sum(),
@@ -83,14 +85,14 @@ fn render_subimage(
     source: &dyn PageSource,
     camera: &Camera,
     options: &RenderOptions,
-    light: GroundLight<'_>,
+    seen: SeenGround<'_>,
     subimage: Subimage,
 ) -> Result<SubimagePixels> {
     let columns = subimage.first_column..subimage.first_column + subimage.columns;
     let started = Instant::now();
     let header = source.header();
-    let mut marcher = marcher(source, camera, options);
-    let GroundLight { shades, synthesis } = light;
+    let SeenGround { shades, synthesis, displacement } = seen;
+    let mut marcher = marcher(source, camera, options).displaced(displacement);
     let mut filter = SurfaceFilter::new(source, camera.footprint()).shaded(shades).detailed(synthesis);
     if options.tile_world {
         filter = filter.endless();

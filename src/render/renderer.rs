@@ -4,11 +4,12 @@ use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
 
+use super::displaced;
 use super::options::{Engine, RenderOptions};
 use super::plane_image::PlaneImage;
 use super::plane_view::LastScreen;
 use crate::cache::Used;
-use crate::detail::Synthesis;
+use crate::detail::{DisplacedRelief, Displacement, Synthesis};
 use crate::frame::Picture;
 use crate::frame::stage::EdgeSums;
 use crate::raymarch::BlockTable;
@@ -16,6 +17,7 @@ use crate::raymarch::scan::{BoundPyramid, Profile, TurnedPages};
 use crate::sensor::Facets;
 use crate::sensor::radiance::Radiance;
 use crate::simd::Isa;
+use crate::space::Camera;
 use crate::sunlight::{Night, Sky};
 use crate::voxel::{Header, PageSource};
 use crate::weather::clouds::{CloudDensities, CloudField};
@@ -62,6 +64,7 @@ pub(super) struct SharedState {
     pub(super) edge_sums: Used<EdgeSums>,
     pub(super) blocks: Used<BlockTable>,
     pub(super) clouds: OnceLock<CloudDensities>,
+    relief: OnceLock<Option<Arc<DisplacedRelief>>>,
 }
 
 /// State that frames of one database share under one sun.
@@ -174,6 +177,24 @@ impl<'a> Renderer<'a> {
         }
         let made = self.options.synthesis(self.source.header())?;
         Ok(self.lit.synthesis.get_or_init(|| made).as_ref())
+    }
+
+    /// Returns the displacement of the ground that a camera sees; `None`: there is none.
+    ///
+    /// # Errors
+    /// A page that is damaged, or a pattern that has nothing below the voxel.
+    pub(super) fn displacement(&self, camera: &Camera) -> Result<Option<Displacement>> {
+        let relief = match self.shared.relief.get() {
+            Some(relief) => relief,
+            None => {
+                let made = displaced::relief(self.source.header(), &self.options)?.map(Arc::new);
+                self.shared.relief.get_or_init(|| made)
+            }
+        };
+        match relief {
+            Some(relief) => displaced::of_view(self.source, camera, &self.options, relief),
+            None => Ok(None),
+        }
     }
 
     /// Takes back the memory of a picture that nobody needs any more, for a later one.

@@ -18,6 +18,7 @@ use glam::{DVec3, Vec3};
 use super::limits::level_bands;
 use super::reference;
 use super::renderer::Renderer;
+use crate::detail::Displacement;
 use crate::frame::Frame;
 use crate::raymarch::{
     Contact, GridRay, GroundLanes, LevelBands, MOST_PIXELS_ALONG, MOST_SECANTS, Marcher, MetGround,
@@ -47,8 +48,13 @@ pub fn describe(
     let (width, rows) = (camera.width as usize, farm.task_size().rows.max(1) as usize);
     let source = renderer.source;
     let bands = level_bands(source.header(), &camera, &renderer.options);
+    let displacement = renderer.displacement(&camera)?;
     let horizons =
-        SectorHorizons::new(source.header().grid, bands.clone(), renderer.options.curvature, &camera);
+        SectorHorizons::new(source.header().grid, bands.clone(), renderer.options.curvature, &camera)
+            .map(|horizons| horizons.displaced(displacement.as_ref()));
+
+    let displaced_until =
+        displacement.as_ref().map_or(0.0, Displacement::until) * source.header().grid.spacing;
 
     let tasks: Vec<_> = frame
         .normal
@@ -62,7 +68,9 @@ pub fn describe(
 
     // Pages and blocks that a worker looked up serve all of its tasks.
     let probe = || {
-        let marcher = reference::marcher(source, &camera, &renderer.options).beyond(horizons.as_ref());
+        let marcher = reference::marcher(source, &camera, &renderer.options)
+            .displaced(displacement.as_ref())
+            .beyond(horizons.as_ref());
         let eye = marcher.ray(camera.pose.eye, DVec3::Z).eye;
         let curvature = renderer.options.curvature;
         SurfaceProbe {
@@ -70,6 +78,7 @@ pub fn describe(
             filter: SurfaceFilter::new(source, camera.footprint()),
             ground: GroundLanes::new(source, bands.clone(), curvature, eye, camera.pixel_angle()),
             bands: bands.clone(),
+            displaced_until: displaced_until,
             hits: Vec::new(),
         }
     };
@@ -136,9 +145,11 @@ impl SurfaceRows<'_> {
 
         // Ground where planes found it is met by all of them at once.
         let mut sixteen = RayLanes::default();
+        let mut outlines = [false; LANES];
         for (lane, ray) in rays() {
             let range = self.range[first + lane];
-            if !self.outlines[first + lane] && range > 0.0 && range.is_finite() {
+            outlines[lane] = self.outlines[first + lane] || probe.is_displaced(ray, range);
+            if !outlines[lane] && range > 0.0 && range.is_finite() {
                 sixteen.put(lane, ray, range);
             }
         }
@@ -153,7 +164,7 @@ impl SurfaceRows<'_> {
                 self.put(pixel, &SeenSurface::of(&met, lane));
                 continue;
             }
-            match probe.look(ray, self.range[pixel], is_met || self.outlines[pixel])? {
+            match probe.look(ray, self.range[pixel], is_met || outlines[lane])? {
                 Some(seen) => self.put(pixel, &seen),
                 None => self.range[pixel] = f32::INFINITY,
             }
@@ -175,6 +186,8 @@ struct SurfaceProbe<'a> {
     filter: SurfaceFilter<'a>,
     ground: GroundLanes<'a>,
     bands: LevelBands,
+    /// Ground distance up to which ground is displaced, metres.
+    displaced_until: f64,
     hits: Vec<SolidHit>,
 }
 
@@ -202,6 +215,11 @@ impl SeenSurface {
 }
 
 impl SurfaceProbe<'_> {
+    /// Whether displaced ground lies about a range on a ray, metres: it is followed as an outline is.
+    fn is_displaced(&self, ray: &GridRay, range: f32) -> bool {
+        f64::from(range) * ray.ground_cosine < self.displaced_until
+    }
+
     /// Whether something stands before the ground that a ray met at a range, metres.
     fn hides(&mut self, ray: &GridRay, range: f32) -> Result<bool> {
         let range = f64::from(range);

@@ -19,11 +19,13 @@ pub(super) fn of_frame(renderer: &Renderer<'_>, frame: &Frame, farm: &Farm) -> R
     let width = camera.width as usize;
     let mut changes = vec![0.0; frame.range.len()];
     let Some(synthesis) = renderer.synthesis()? else { return Ok(changes) };
+    let displacement = renderer.displacement(camera)?;
     let widest = FADING[1].sqrt() * source.header().grid.spacing;
 
     let rows = changes.chunks_mut(width).collect();
     farm.each(Stage::Image, rows, |row, changes: &mut [f32]| {
-        let mut marcher = reference::marcher(source, camera, &renderer.options);
+        let mut marcher =
+            reference::marcher(source, camera, &renderer.options).displaced(displacement.as_ref());
         let mut filter = SurfaceFilter::new(source, camera.footprint()).detailed(Some(synthesis));
         let mut hits = Vec::new();
         for (column, change) in changes.iter_mut().enumerate() {

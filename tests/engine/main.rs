@@ -14,6 +14,7 @@ mod cues;
 mod damaged_pages;
 mod detail;
 mod determinism;
+mod displacement;
 mod finish;
 mod frames;
 mod fuzz_corpus;

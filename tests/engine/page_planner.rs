@@ -12,8 +12,8 @@ use hedgehop::space::{Attitude, Camera, Pose, Screen};
 use hedgehop::subimage::Farm;
 use hedgehop::sunlight::Sun;
 use hedgehop::voxel::{
-    BoundsView, Grid, Header, HeightsView, MemPages, Metadata, PageId, PageNeeds, PagePart, PageSource,
-    PageView, SpansView, build_in_memory,
+    BoundsView, DetailRecord, Grid, Header, HeightsView, MemPages, Metadata, PageId, PageNeeds, PagePart,
+    PageSource, PageView, SpansView, build_in_memory,
 };
 use hedgehop_testing::Random;
 
@@ -57,6 +57,12 @@ static HILLS: LazyLock<Vec<f64>> = LazyLock::new(|| {
 
 /// The hills; with a hole in the middle if `holed`.
 fn area(holed: bool) -> MemPages {
+    let empty_share = if holed { 0.01 } else { 0.0 };
+    area_of(holed, Metadata { empty_share, ..Metadata::default() })
+}
+
+/// The hills of a database that says so of itself.
+fn area_of(holed: bool, metadata: Metadata) -> MemPages {
     let grid = Grid { nx: SIDE, ny: SIDE, spacing: SPACING, origin: DVec2::new(5.0e5, 4.0e6) };
     let mut heights = HILLS.clone();
     if holed {
@@ -69,8 +75,7 @@ fn area(holed: bool) -> MemPages {
     }
 
     let colours = vec![[90, 110, 70]; heights.len()];
-    let empty_share = if holed { 0.01 } else { 0.0 };
-    build_in_memory(grid, &heights, &colours, None, &Metadata { empty_share, ..Metadata::default() }).unwrap()
+    build_in_memory(grid, &heights, &colours, None, &metadata).unwrap()
 }
 
 static AREA: LazyLock<MemPages> = LazyLock::new(|| area(false));
@@ -214,6 +219,22 @@ fn every_page_that_is_touched_was_foreseen() {
             camera.pose.attitude.yaw += turn * time;
             assert_recalled(&see(&AREA, |_| false, &camera), &camera);
         }
+    }
+}
+
+#[test]
+fn pages_of_displaced_ground_are_foreseen() {
+    let detail = DetailRecord { displacement: 2.0, ..DetailRecord::default() };
+    let area = area_of(false, Metadata { detail: Some(detail), ..Metadata::default() });
+    let mut random = Random(19);
+    for flight in 0..150 {
+        let camera = random_camera(&mut random, &area);
+        let is_absent: fn(PageId) -> bool = if flight % 3 == 0 {
+            |id| id.level == 0 && !(id.px + id.py).is_multiple_of(3)
+        } else {
+            |_| false
+        };
+        assert_recalled(&see(&area, is_absent, &camera), &camera);
     }
 }
 

@@ -78,7 +78,8 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         let codes = self.ground.codes(lines, block.stride.level, block.first, at);
         let span = self.profile.last_line().span;
         let mark = SampleLine { distance, span, ..self.mark(block, block.first) };
-        self.ground.post(self.ground.height(codes, at), mark)
+        let z = self.displaced(mark.level, self.ground.height(codes, at), at);
+        self.ground.post(z, mark)
     }
 
     /// Whether some plane enters or leaves the area between here and a major distance.

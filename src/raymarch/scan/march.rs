@@ -4,6 +4,8 @@ use glam::DVec3;
 
 use super::blocks::{LineBlock, Way};
 use super::bounds::highest_code;
+use super::displaced_field::{DisplacedField, DisplacedPlanes};
+use super::displaced_stretch::DisplacedStretch;
 use super::ground::PlaneGround;
 use super::lines::{LinePosts, Lines};
 use super::march_field::MarchField;
@@ -39,6 +41,8 @@ pub struct PlaneMarch<'a> {
     strides: Strides,
     /// Bounds that wide stretches are passed over by.
     pub(super) bounds: &'a BoundPyramid,
+    /// Displacement of the ground.
+    displaced: Option<&'a DisplacedField<'a>>,
 }
 
 impl<'a> PlaneMarch<'a> {
@@ -58,7 +62,15 @@ impl<'a> PlaneMarch<'a> {
             ceiling: header.height_range.high + header.heights.scale,
             strides,
             bounds,
+            displaced: None,
         }
+    }
+
+    /// The same over displaced ground.
+    #[must_use]
+    pub fn displaced(self, field: Option<&'a DisplacedField<'a>>) -> Self {
+        let ceiling = self.ceiling + field.map_or(0.0, |field| field.bound(0.0));
+        Self { displaced: field, ceiling, ..self }
     }
 
     /// Returns the level index of the voxels whose bounds skip a stride's blocks, and how many of them lie along one; `None` where they are too
@@ -147,6 +159,8 @@ impl Kernel for Seeing<'_, '_> {
             latest: None,
             leapt_from: None,
             bare_until: 0.0,
+            relief: march.displaced.map(|field| DisplacedPlanes::new(simd, field, eye, group)),
+            displaced_stretch: DisplacedStretch::new(march.displaced),
             march,
         }
         .march()
@@ -184,6 +198,9 @@ pub(super) struct Planes<'f, 'a, V: Simd> {
     pub(super) leapt_from: Option<i64>,
     /// Major distance at which bare ground ends, units.
     bare_until: f64,
+    /// Displacement of the ground, and where it is.
+    pub(super) relief: Option<DisplacedPlanes<'a, V>>,
+    pub(super) displaced_stretch: DisplacedStretch<'a>,
 }
 
 /// The march of one block: most of the code of a march, and needed wherever lines are read.
@@ -312,12 +329,19 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         if !self.is_begun {
             self.prime(block)?;
         }
+        let is_displaced = self.reached < self.displaced_stretch.until && !block.stride.stands_in;
         if hidden {
             // The segment that ends in it began before.
-            let post = self.line(&lines, block, block.first, block.stride.lines);
-            self.step(&lines, block, &post, false)?;
+            if is_displaced {
+                self.march_displaced(&lines, block, 1);
+            } else {
+                let post = self.line(&lines, block, block.first, block.stride.lines);
+                self.step(&lines, block, &post, false)?;
+            }
             self.is_begun = false;
             self.reached = last as f32;
+        } else if is_displaced {
+            self.march_displaced(&lines, block, block.count);
         } else {
             self.march_along(&lines, block, last as f32)?;
         }
@@ -447,7 +471,9 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         if code == HeightCode::EMPTY {
             return true;
         }
+        let lift = self.displaced_stretch.bound(from);
         let height = self.march.heights.offset + self.march.heights.scale * f64::from(code) - self.eye.z;
+        let height = height + lift;
         let (from, to) = (self.simd.splat(from), self.simd.splat(to));
         let top = self.ground.drop.neg_mul_add(from * from, self.simd.splat(height as f32));
         (self.clears(from, top) & self.clears(to, top) | self.is_full()).all()

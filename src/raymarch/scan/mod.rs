@@ -26,7 +26,8 @@
 //! so ranges are exact for it, and silhouettes end where the surface does and not at a step.
 //!
 //! How far lines lie apart follows from the footprint of a pixel, see [`Strides`]; where the surface rises
-//! over several rows from one to the next, lines between them are read.
+//! over several rows from one to the next, lines between them are read. Where ground is displaced, samples between lines
+//! are finer than its bumps, see [`DisplacedField`].
 
 mod advance;
 mod block_slopes;
@@ -34,6 +35,10 @@ mod blocks;
 mod bound_pyramid;
 mod bounds;
 mod cell_way;
+mod displaced_field;
+mod displaced_march;
+mod displaced_pages;
+mod displaced_stretch;
 mod edge;
 mod footprint;
 mod ground;
@@ -58,6 +63,8 @@ mod upright;
 
 pub use bound_pyramid::BoundPyramid;
 pub use bounds::highest_code;
+pub use displaced_field::DisplacedField;
+pub use displaced_pages::DisplacedPages;
 pub use footprint::{FootprintGroup, PageFootprint};
 pub use group::PlaneGroup;
 pub use march::PlaneMarch;

@@ -118,7 +118,8 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         for (side, slope) in slopes.iter_mut().enumerate() {
             let cell = cells[side];
             let codes = self.ground.cell(lines, line, [cell, column - cell], along);
-            *slope = self.ground.slope(self.ground.height(codes, at), inverse);
+            let z = self.displaced(level, self.ground.height(codes, at), at);
+            *slope = self.ground.slope(z, inverse);
         }
 
         let [ends, begins] = slopes;

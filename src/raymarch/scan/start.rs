@@ -72,7 +72,8 @@ impl<V: Simd> Planes<'_, '_, V> {
             return Ok(self.simd.splat(NOTHING));
         };
         let at = self.simd.splat(distance as f32);
-        Ok(self.ground.surface(&lines, level, line, at, self.simd.splat(share as f32)))
+        let z = self.ground.surface(&lines, level, line, at, self.simd.splat(share as f32));
+        Ok(self.displaced(level, z, at))
     }
 
     /// Major distance at which ground at height `z` (≤ 0) above the eye is still below the lowest row in all planes.

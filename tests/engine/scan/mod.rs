@@ -1,4 +1,5 @@
 //! Scan planes without a picture.
 
+mod displaced;
 mod edges;
 mod profiles;

@@ -86,14 +86,14 @@ pub(super) struct View {
 }
 
 impl View {
-    fn directions(&self) -> [DVec2; LANES] {
+    pub fn directions(&self) -> [DVec2; LANES] {
         std::array::from_fn(|lane| {
             let yaw = self.yaw.to_radians() + (lane as f64 - 7.5) * self.pixel;
             DVec2::new(yaw.sin(), yaw.cos())
         })
     }
 
-    fn elevation(&self, row: usize) -> f64 {
+    pub fn elevation(&self, row: usize) -> f64 {
         let share = row as f64 / (ROWS - 1) as f64;
         self.elevations[0] + share * (self.elevations[1] - self.elevations[0])
     }
@@ -119,7 +119,7 @@ impl View {
         profile
     }
 
-    fn tangent(&self, row: usize) -> f32 {
+    pub fn tangent(&self, row: usize) -> f32 {
         self.elevation(row).to_radians().tan() as f32
     }
 
@@ -129,7 +129,7 @@ impl View {
     }
 
     /// Ranges of rows and planes in a profile; infinite: sky.
-    fn ranges(&self, profile: &Profile) -> Vec<[f64; LANES]> {
+    pub fn ranges(&self, profile: &Profile) -> Vec<[f64; LANES]> {
         (0..ROWS)
             .map(|row| {
                 std::array::from_fn(|lane| {
@@ -171,7 +171,7 @@ pub(super) fn compare(found: &[[f64; LANES]], truth: &[[f64; LANES]]) -> (Vec<f6
     (errors, f64::from(disagree) / (found.len() * LANES) as f64)
 }
 
-fn views(count: u32, source: &MemPages) -> Vec<View> {
+pub(super) fn views(count: u32, source: &MemPages) -> Vec<View> {
     let grid = source.header().grid;
     let random = |index: u32, what: u32| noise(f64::from(index), f64::from(what), 77);
     (0..count)

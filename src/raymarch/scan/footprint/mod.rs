@@ -24,7 +24,8 @@ use self::ring::{Ring, Rings, Sides, Wedge, edges_after};
 use self::surface::{CoarseSurface, range_on_page};
 use super::Strides;
 use super::march::MOST_VOXELS;
-use crate::voxel::{Grid, HeightCode, PageNeeds, PageSource};
+use crate::detail::Displacement;
+use crate::voxel::{Grid, HeightCode, PageId, PageNeeds, PageSource};
 use hedgehop_base::error::Result;
 
 /// Groups of planes that are looked at together: one takes five thirds of the time, and names 4 to 6 % fewer bytes.
@@ -53,6 +54,7 @@ pub struct PageFootprint<'a> {
     is_opaque: bool,
     surface: CoarseSurface<'a>,
     needs: Needs<'a>,
+    displacement: Option<&'a Displacement>,
 }
 
 /// Slopes below which nothing is seen behind a ring, metres of height per unit of major distance.
@@ -86,7 +88,20 @@ impl<'a> PageFootprint<'a> {
             is_opaque: header.metadata.empty_share == 0.0,
             surface: CoarseSurface::new(source),
             needs: Needs::new(source),
+            displacement: None,
         }
+    }
+
+    /// The same over displaced ground.
+    #[must_use]
+    pub fn displaced(self, displacement: Option<&'a Displacement>) -> Self {
+        let ceiling = self.ceiling + displacement.map_or(0.0, |displacement| displacement.bound(0.0));
+        Self { displacement, ceiling, ..self }
+    }
+
+    /// Returns a bound of how far ground is displaced at a major distance or beyond, metres.
+    fn lift(&self, distance: f64) -> f64 {
+        self.displacement.map_or(0.0, |displacement| displacement.bound(distance))
     }
 
     /// Adds what groups of planes, neighbours in order, may touch from `eye` (units, units, metres).
@@ -105,6 +120,11 @@ impl<'a> PageFootprint<'a> {
             }
         }
         Ok(())
+    }
+
+    /// Adds pages whose materials are looked at before planes march.
+    pub fn add_materials(&mut self, pages: &[PageId]) {
+        self.needs.add_materials(pages);
     }
 
     /// The parts of pages as planes come to them: those that are likely to be touched, then the others; of both wedge by wedge, and the nearest of
@@ -197,7 +217,7 @@ impl<'a> PageFootprint<'a> {
         let Some([_, high]) = self.range(eye, wedge, [ring.from, ring.to], level)? else {
             return Ok(unknown);
         };
-        let z = self.height(high) - eye.z;
+        let z = self.height(high) + self.lift(ring.from) - eye.z;
         let rises = |horizon: f64| {
             let above = |distance: f64| z - wedge.drop[0] * distance * distance >= horizon * distance;
             high != HeightCode::EMPTY && (above(ring.from) || above(ring.to))
@@ -230,7 +250,7 @@ impl<'a> PageFootprint<'a> {
                 }
                 && low != HeightCode::EMPTY
             {
-                let drop = below - wedge.drop[1] * to * to;
+                let drop = below - self.lift(from) - wedge.drop[1] * to * to;
                 let slope = |code: f64| {
                     let z = self.heights.scale * code + drop;
                     (z * by_from).min(z * by_to)

@@ -163,6 +163,14 @@ impl<'a> Needs<'a> {
         }
     }
 
+    /// Notes pages whose materials are looked at before planes march.
+    pub fn add_materials(&mut self, pages: &[PageId]) {
+        let place = FirstNeed { is_doubtful: false, wedge: 0, distance: 0.0 };
+        for page in pages.iter().filter(|page| self.source.has(**page)) {
+            self.parts.insert(PagePart::Heights(*page), place);
+        }
+    }
+
     /// Notes the bounds of the coarsest level, of which a [pyramid](crate::raymarch::scan::BoundPyramid) is made.
     pub fn add_coarsest_bounds(&mut self) {
         let level = self.level_count - 1;
