@@ -78,7 +78,7 @@ pub fn describe(
             filter: SurfaceFilter::new(source, camera.footprint()),
             ground: GroundLanes::new(source, bands.clone(), curvature, eye, camera.pixel_angle()),
             bands: bands.clone(),
-            displaced_until: displaced_until,
+            displaced_until,
             hits: Vec::new(),
         }
     };

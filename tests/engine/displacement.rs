@@ -73,7 +73,7 @@ fn engines_agree_on_displaced_ground() {
 
         let figures = [off as f64 / pixels, f64::from(light) / pixels, moved as f64 / pixels];
 
-        assert!(figures[0] < 2e-3 && figures[1] < 0.01 && figures[2] > 0.2, "{view:?}: {figures:?}");
+        assert!(figures[0] < 2e-3 && figures[1] < 0.02 && figures[2] > 0.2, "{view:?}: {figures:?}");
     }
 }
 

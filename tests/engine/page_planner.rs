@@ -227,7 +227,7 @@ fn pages_of_displaced_ground_are_foreseen() {
     let detail = DetailRecord { displacement: 2.0, ..DetailRecord::default() };
     let area = area_of(false, Metadata { detail: Some(detail), ..Metadata::default() });
     let mut random = Random(19);
-    for flight in 0..150 {
+    for flight in 0..60 {
         let camera = random_camera(&mut random, &area);
         let is_absent: fn(PageId) -> bool = if flight % 3 == 0 {
             |id| id.level == 0 && !(id.px + id.py).is_multiple_of(3)
