@@ -3,7 +3,8 @@
 /// An array whose elements are mapped one after the other, written out.
 ///
 /// `<[T; N]>::map` calls its closure through several functions of the standard library that are not inlined for sure. In
-/// a kernel each of them is one without the set's instructions, and three more to compile.
+/// a kernel each of them is one without the set's instructions, and three more to compile. So is a closure of several operations that is
+/// called more than once: those are functions, `#[inline(always)]`.
 pub trait Each<T> {
     /// Array of as many elements.
     type Of<U>;

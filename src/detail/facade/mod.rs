@@ -79,6 +79,9 @@ pub struct AlongMeans<V: Simd> {
 }
 
 impl FacadePattern {
+    /// Height of footprints from which on nothing of a façade shows, metres.
+    pub const FADED: f32 = FADING[1];
+
     /// The pattern on the side of a span that looks to `facing`; `None`: it is plain.
     pub fn of_wall(span: &Span, facing: u8, code: HeightCode) -> Option<Self> {
         Self::new(&span.facade, span.facade.bays_of(facing), code, span.side)
@@ -207,16 +210,17 @@ impl FacadePattern {
             };
         }
         let stretch = Stretch::about(simd, middle, extent);
-        let has_door = self.door[0] < self.door[1];
-        let at_door = |part: [f32; 2]| {
-            if has_door { stretch.periodic(simd, self.period, part) } else { zero }
-        };
+        let [frame, pane] =
+            [stretch.periodic(simd, self.bay, self.frame[0]), stretch.periodic(simd, self.bay, self.pane[0])];
+        if self.door[0] >= self.door[1] {
+            return AlongMeans { frame, pane, frame_at_door: zero, pane_at_door: zero, door: zero };
+        }
         AlongMeans {
-            frame: stretch.periodic(simd, self.bay, self.frame[0]),
-            pane: stretch.periodic(simd, self.bay, self.pane[0]),
-            frame_at_door: at_door(self.frame[0]),
-            pane_at_door: at_door(self.pane[0]),
-            door: at_door(self.door),
+            frame,
+            pane,
+            frame_at_door: stretch.periodic(simd, self.period, self.frame[0]),
+            pane_at_door: stretch.periodic(simd, self.period, self.pane[0]),
+            door: stretch.periodic(simd, self.period, self.door),
         }
     }
 
@@ -230,12 +234,12 @@ impl FacadePattern {
         let below = f32::NEG_INFINITY;
 
         // Shares of the parts; the door takes the place of a window and of the plinth.
-        let [frame, pane] =
-            [self.frame[1], self.pane[1]].each(|part| storeys.periodic(simd, self.storey, part));
-        let [frame_at_door, pane_at_door] =
-            [self.frame[1], self.pane[1]].each(|part| stretch.band(simd, part));
-        let pane = along.pane * pane - along.pane_at_door * pane_at_door;
-        let frame = along.frame * frame - along.frame_at_door * frame_at_door - pane;
+        let [frame_up, pane_up] = [self.frame[1], self.pane[1]];
+        let pane = along.pane * storeys.periodic(simd, self.storey, pane_up)
+            - along.pane_at_door * stretch.band(simd, pane_up);
+        let frame = along.frame * storeys.periodic(simd, self.storey, frame_up)
+            - along.frame_at_door * stretch.band(simd, frame_up)
+            - pane;
         let door = along.door * stretch.band(simd, [0.0, self.door_up]);
         let plinth = stretch.band(simd, [below, self.plinth])
             - along.door * stretch.band(simd, [0.0, self.plinth.min(self.door_up)]);
@@ -244,13 +248,28 @@ impl FacadePattern {
 
         let fading = (simd.splat(FADING[1]) - extent) * simd.splat(1.0 / (FADING[1] - FADING[0]));
         let fading = fading.max(zero).min(one);
-        [0, 1, 2].each(|channel| {
-            let of = |part: usize| simd.splat(self.parts[part][channel]);
-            let sum = pane.mul_add(of(0), simd.splat(self.plain[channel]));
-            let sum = frame.mul_add(of(1), door.mul_add(of(2), sum));
-            let sum = plinth.mul_add(of(3), course.mul_add(of(4), sum));
-            fading.mul_add(sum, one)
-        })
+        let shares = [pane, frame, door, plinth, course];
+        [
+            fading.mul_add(self.deviation(simd, 0, shares), one),
+            fading.mul_add(self.deviation(simd, 1, shares), one),
+            fading.mul_add(self.deviation(simd, 2, shares), one),
+        ]
+    }
+
+    /// Deviations from the mean colour, relative to it, in one channel where the parts have these shares.
+    #[inline(always)]
+    fn deviation<V: Simd>(
+        &self,
+        simd: V,
+        channel: usize,
+        [pane, frame, door, plinth, course]: [V::F; PARTS],
+    ) -> V::F {
+        let parts = &self.parts;
+        let sum = pane.mul_add(simd.splat(parts[0][channel]), simd.splat(self.plain[channel]));
+        let sum = door.mul_add(simd.splat(parts[2][channel]), sum);
+        let sum = frame.mul_add(simd.splat(parts[1][channel]), sum);
+        let sum = course.mul_add(simd.splat(parts[4][channel]), sum);
+        plinth.mul_add(simd.splat(parts[3][channel]), sum)
     }
 }
 

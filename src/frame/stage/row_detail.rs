@@ -206,9 +206,8 @@ impl<'t> RowDetail<'t> {
         let up = height * simd.splat(self.per_metre) * scale + simd.splat(self.eye_by_walls[2]);
 
         let [east, north] = if self.major == 0 { [major, minor] } else { [minor, major] };
-        let [east, north] =
-            [(east, 0), (north, 1)].each(|(at, axis)| at * scale + simd.splat(self.eye_by_walls[axis]));
-        let beside = north.select(over_north, east);
+        let [eye_east, eye_north, _] = self.eye_by_walls.each(|at| simd.splat(at));
+        let beside = (north * scale + eye_north).select(over_north, east * scale + eye_east);
         let [over_north_wide, over_east_wide] = self.by_walls.each_ref().each(|wide| simd.load(wide));
         let wide = width * over_north_wide.select(over_north, over_east_wide);
 

@@ -89,6 +89,20 @@ pub struct SpanCoverage {
     lowest: [i32; LANES],
 }
 
+/// Part of a row that a face fills.
+struct RowPart<V: Simd> {
+    /// Number of the row.
+    row: usize,
+    /// Planes in which it is open, as bits.
+    planes: u16,
+    /// Places between which it is filled, rows from its lower edge.
+    within: [V::F; 2],
+    /// Radiance of the face there, linear Rec. 709.
+    light: [V::F; 3],
+    /// Tangent of its middle.
+    centre: f32,
+}
+
 /// Face of a span that rows are filled with.
 pub(super) struct FilledFace<'f, V: Simd> {
     pub fill: &'f Fill<V>,
@@ -185,31 +199,26 @@ impl SpanCoverage {
         centres: &[f32],
     ) {
         let FilledFace { fill, facade } = *seen;
-        let fill = fill.of_planes(simd, simd.mask(planes));
         for row in rows {
             let open = planes & !self.full[row];
-            if open != 0 {
-                let within = [places[0] - simd.splat(row as f32), places[1] - simd.splat(row as f32)];
-                let mut fill = fill;
-                if let Some(facade) = facade {
-                    fill.light = facade.light(simd, row, fill.light);
-                }
-                self.fill_row(simd, row, open, within, &fill, centres[row]);
+            if open == 0 {
+                continue;
             }
+
+            let within = [places[0] - simd.splat(row as f32), places[1] - simd.splat(row as f32)];
+            let light = match facade {
+                Some(facade) => facade.light(simd, row, fill.light),
+                None => fill.light,
+            };
+            let part = RowPart { row, planes: open, within, light, centre: centres[row] };
+            self.fill_row(simd, &part, fill);
         }
     }
 
-    /// Fills a row between two places in it, rows from its lower edge, of planes in which it is open.
+    /// Fills a part of a row.
     #[inline(always)]
-    fn fill_row<V: Simd>(
-        &mut self,
-        simd: V,
-        number: usize,
-        planes: u16,
-        within: [V::F; 2],
-        fill: &Fill<V>,
-        centre: f32,
-    ) {
+    fn fill_row<V: Simd>(&mut self, simd: V, part: &RowPart<V>, fill: &Fill<V>) {
+        let RowPart { row: number, planes, within, light: [r, g, b], centre } = *part;
         let [zero, one, half] = [simd.splat(0.0), simd.splat(1.0), simd.splat(HALF)];
         let (all, tangent) = (simd.splat_int(ALL), simd.splat(centre));
 
@@ -246,7 +255,6 @@ impl SpanCoverage {
 
         // All lanes are stored: the next face often goes on in this row, and what is stored in part must have got to the cache before it is loaded.
         let [red, green, blue] = &mut row.light;
-        let [r, g, b] = fill.light;
         for (sum, value) in [(red, r), (green, g), (blue, b), (&mut row.inverse, inverse)] {
             weight.mul_add(value, simd.load(&sum.0)).store(&mut sum.0);
         }

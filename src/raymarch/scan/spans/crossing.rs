@@ -1,13 +1,16 @@
 //! Spans of a voxel, where planes cross them.
 
+use std::ops::Range;
+
 use super::coverage::{FilledFace, SpanCoverage};
-use super::facade::{FacadeFront, FacedWall, FrontLanes, FrontLook, centre};
+use super::facade::{FacadeFront, FacedWall, FrontLanes, FrontLook, centre, row_edges};
 use super::fill::{Fill, Haze, LinearTerm, PlanePassage};
 use super::front::{Front, FrontPlace};
 use super::horizon::FloatingHorizon;
 use super::metric::{FaceDirection, FacetLight, Metric, dot};
 use super::order::{MetSpan, next_of};
 use super::plane_lanes::PlaneLanes;
+use crate::detail::FacadePattern;
 use crate::raymarch::scan::RowCoordinate;
 use crate::simd::{Each, Floats, Ints, LANES, Mask, Simd};
 use crate::voxel::{Cut, PageId, Span};
@@ -199,10 +202,8 @@ impl<'c, L: FacetLight, V: Simd> VoxelCrossing<'c, '_, L, V> {
         let depth = [self.inverse[0].recip(), self.inverse[1].recip()];
         let (depth, inverse, at) = if is_cut {
             let depth = [mix::<V>(depth, shares[0]), mix::<V>(depth, shares[1])];
-            let [near, far] = self.ends;
-            let place =
-                |share: V::F| [mix::<V>([near[0], far[0]], share), mix::<V>([near[1], far[1]], share)];
-            (depth, [depth[0].recip(), depth[1].recip()], [place(shares[0]), place(shares[1])])
+            let at = [between::<V>(self.ends, shares[0]), between::<V>(self.ends, shares[1])];
+            (depth, [depth[0].recip(), depth[1].recip()], at)
         } else {
             (depth, self.inverse, self.ends)
         };
@@ -266,14 +267,16 @@ impl<'c, L: FacetLight, V: Simd> VoxelCrossing<'c, '_, L, V> {
         let level = LinearTerm { tangent: zero, value: inverse[0], slope: zero };
         let passage = PlanePassage { inverse, top: [top_near, top_far], bottom: hangs.then_some(lows) };
         let opacity = span.state & Span::OPACITY;
-        let clearness = (opacity < Span::OPAQUE).then(|| {
+        let clearness = if opacity < Span::OPAQUE {
             let sides = match span.is(Span::STRIP) {
                 true => f32::from(span.thickness()) * scale / spacing,
                 false => 1.0,
             };
             let way = self.lanes.ground * self.length * (shares[1] - shares[0]);
-            way * simd.splat(self.metric.clearness[usize::from(opacity)] / sides)
-        });
+            Some(way * simd.splat(self.metric.clearness[usize::from(opacity)] / sides))
+        } else {
+            None
+        };
 
         for (face, tangents) in [side, upper, lower].into_iter().enumerate() {
             let [low, high] = tangents;
@@ -311,13 +314,17 @@ impl<'c, L: FacetLight, V: Simd> VoxelCrossing<'c, '_, L, V> {
                 }
             };
 
-            let haze =
-                clearness.map(|clearness| Haze { clearness, level: self.lanes.level, tangents, passage });
+            let haze = match clearness {
+                Some(clearness) => Some(Haze { clearness, level: self.lanes.level, tangents, passage }),
+                None => None,
+            };
             let bounds = [inverse[1], inverse[0]];
-            let fill = Fill { light, haze, inverse: linear, across, bounds, front: front.across };
+            let mut fill = Fill { light, haze, inverse: linear, across, bounds, front: front.across };
+            fill.keep(simd, seen);
 
-            // Each wall has a façade of its own.
-            let has_facade = face == 0 && !span.facade.is_none();
+            // Each wall has a façade of its own, if not too far away to be seen.
+            let has_facade =
+                face == 0 && !span.facade.is_none() && self.shows_facades(seen, rows.clone(), depth[0]);
             let mut left = seen.bits();
             while left != 0 {
                 let (planes, facade) = match has_facade {
@@ -360,8 +367,20 @@ impl<'c, L: FacetLight, V: Simd> VoxelCrossing<'c, '_, L, V> {
         light
     }
 
+    /// Whether façades at these depths (metres) show in some of `planes` and of these rows.
+    #[inline(always)]
+    fn shows_facades(&self, planes: V::M, rows: Range<usize>, depth: V::F) -> bool {
+        let simd = self.simd;
+        let mut lowest = f32::INFINITY;
+        for row in rows {
+            let [low, high] = row_edges(self.edges, row);
+            lowest = lowest.min(high - low);
+        }
+        (planes & (simd.splat(lowest) * depth).lt(simd.splat(FacadePattern::FADED))).any()
+    }
+
     /// The façade of the front in the first of some planes, and those of them that it holds for.
-    #[inline(never)]
+    #[inline(always)]
     fn facade(
         &self,
         span: &Span,
@@ -441,6 +460,12 @@ fn above_ground<V: Simd>(simd: V, [near, far]: [V::F; 2], horizon: [V::F; 2]) ->
     let emerges = always.select(is_above[0], crossing.select(is_above[1], never));
     let submerges = never.select(is_above[1], crossing.select(is_above[0], always));
     [emerges, submerges]
+}
+
+/// Places between the two ends of ways, at shares of these.
+#[inline(always)]
+fn between<V: Simd>([near, far]: [[V::F; 2]; 2], share: V::F) -> [V::F; 2] {
+    [mix::<V>([near[0], far[0]], share), mix::<V>([near[1], far[1]], share)]
 }
 
 #[inline(always)]

@@ -49,6 +49,13 @@ pub(super) fn centre(grid: &Grid, page: PageId, voxel: [u32; 2], shift: u8) -> D
     grid.origin + (DVec2::new(x, y) + half) * grid.spacing
 }
 
+/// Tangents of the lower and the upper edge of a row.
+#[inline(always)]
+pub(super) fn row_edges(edges: &[f32], row: usize) -> [f32; 2] {
+    let edge = |row: usize| edges.get(row).or(edges.last()).copied().unwrap_or_default();
+    [edge(row), edge(row + 1)]
+}
+
 impl<V: Simd> FacadeFront<'_, V> {
     /// Light in a row of a wall of some light.
     #[inline(always)]
@@ -110,8 +117,7 @@ impl<V: Simd> Kernel for RowLight<'_, '_, V> {
     #[inline(always)]
     fn run<S: Simd>(self, _: S) -> Self::Output {
         let Self { simd, facade: FacadeFront { pattern, along, depth, floor, edges }, row, light } = self;
-        let edge = |row: usize| edges.get(row).or(edges.last()).copied().unwrap_or_default();
-        let [low, high] = [edge(row), edge(row + 1)];
+        let [low, high] = row_edges(edges, row);
         let middle = simd.splat(0.5 * (low + high)) * *depth - *floor;
         let factors = pattern.factors(simd, along, middle, simd.splat(high - low) * *depth);
 

@@ -54,17 +54,14 @@ pub(super) struct PlanePassage<V: Simd> {
 }
 
 impl<V: Simd> Fill<V> {
-    /// Returns the fill with no light and no depth in all but some planes: there they may be NaN, which a weight of 0 does not take away.
+    /// Takes away light and depth of all but some planes: there they may be NaN, which a weight of 0 does not take away.
     #[inline(always)]
-    pub fn of_planes(&self, simd: V, planes: V::M) -> Self {
+    pub fn keep(&mut self, simd: V, planes: V::M) {
         let zero = simd.splat(0.0);
         let [red, green, blue] = self.light;
         let [least, most] = self.bounds;
-        Self {
-            light: [red.select(planes, zero), green.select(planes, zero), blue.select(planes, zero)],
-            bounds: [least.select(planes, zero), most.select(planes, zero)],
-            ..*self
-        }
+        self.light = [red.select(planes, zero), green.select(planes, zero), blue.select(planes, zero)];
+        self.bounds = [least.select(planes, zero), most.select(planes, zero)];
     }
 
     /// Inverse depths at tangents, 1/metres.

@@ -291,10 +291,21 @@ impl<'g, V: Simd> PlanePacket<'g, V> {
     ) -> [[V::F; 2]; 2] {
         let centre = [column, up].each(|number| simd.splat(number as f32 + 0.5));
         let senses = [self.group.forward, self.sense].each(|sense| simd.splat(sense as f32));
-        voxel.over.each(|along| {
-            let across = self.climb.mul_add(along, block.height);
-            turned_to(self.group.major, [(along - centre[0]) * senses[0], (across - centre[1]) * senses[1]])
-        })
+        let [enter, leave] = voxel.over;
+        [self.place_from(centre, senses, block, enter), self.place_from(centre, senses, block, leave)]
+    }
+
+    /// Places of planes at distances from a block's near side: from a voxel's centre eastward and northward, sides of it.
+    #[inline(always)]
+    fn place_from(
+        &self,
+        centre: [V::F; 2],
+        senses: [V::F; 2],
+        block: &BlockPassage<V>,
+        along: V::F,
+    ) -> [V::F; 2] {
+        let across = self.climb.mul_add(along, block.height);
+        turned_to(self.group.major, [(along - centre[0]) * senses[0], (across - centre[1]) * senses[1]])
     }
 
     /// Place of the eye from a voxel's centre, eastward and northward, units.
