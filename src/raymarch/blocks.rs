@@ -13,14 +13,14 @@ use crate::voxel::{
 };
 use hedgehop_base::error::Result;
 
-/// Places in the table.
-const PLACES: usize = 8192;
+/// Places in the table: a picture of 1920 × 1080 looks at 12,000 blocks and more.
+const PLACES: usize = 16384;
 
-/// Blocks with the same place lie 96 blocks apart at least: planes seldom have two of them (the densest lattice of this many points).
-const PER_ROW: i64 = 1307;
+/// Blocks with the same place lie 137 blocks apart at least: planes seldom have two of them (the densest lattice of this many points).
+const PER_ROW: i64 = 1435;
 
 /// Places from a block to the one of coarser cells of the same column and row.
-const PER_SHIFT: i64 = 2731;
+const PER_SHIFT: i64 = 5461;
 
 /// Column and row of a block among those of cells of `1 << shift` voxels to a side.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
