@@ -187,7 +187,7 @@ impl SpanCoverage {
     }
 
     /// Fills what is open in `planes` between two places, in rows, all of which lie in a range; `centres` are the middles' tangents. A façade
-    /// makes each row's light its own.
+    /// makes each row's light its own. The fill has numbers in all planes, as [`Fill::keep`] leaves them.
     #[inline(always)]
     pub(super) fn fill<V: Simd>(
         &mut self,

@@ -107,7 +107,7 @@ impl Kernel for Fills<'_> {
                 passage,
             };
 
-            let fill = Fill {
+            let mut fill = Fill {
                 light: [light, 2.0 * light, 0.0].map(of_planes),
                 haze: (opacity < 1.0).then_some(haze),
                 inverse: LinearTerm {
@@ -119,6 +119,7 @@ impl Kernel for Fills<'_> {
                 bounds: [of_planes(inverse); 2],
                 front: of_planes(2.0),
             };
+            fill.keep(simd, simd.mask(planes));
 
             let places =
                 places.map(|places| simd.load(&places).select(simd.mask(planes), simd.splat(f32::NAN)));
