@@ -66,7 +66,7 @@ impl MicroRelief {
         let unit = (ROUND * heights.deviation()).recip();
         let rounded = heights.joined(&heights, |height, _| (unit * height).tanh());
 
-        // What is left of means goes with bumps that are level at the voxels' edges.
+        // A bump over each voxel, which is 0 at its edges, takes the mean that rounding left.
         let means = rounded.averaged(CELLS_PER_VOXEL);
         Cells::of(|column, row| {
             let [x, y] = [column, row].map(|at| at % CELLS_PER_VOXEL as i64);

@@ -40,7 +40,7 @@ pub(super) fn matched(windows: Vec<FineWindow>, octaves: f64, seed: u64) -> Resu
         let cells = cells.joined(&cells, |value, _| factor * value);
         let cells = sharpened(&cells, pixel_cells(octaves));
         let cells = with_finer_octaves(cells, octaves, seed)?;
-        // What is smoother than the first class has its pattern, too.
+        // The first class reaches down to even ground.
         let least = if classes.is_empty() { 0.0 } else { bound(class) };
         if classes.last().is_none_or(|class| class.least < least) {
             classes.push(RoughnessClass::new(least, &cells));
