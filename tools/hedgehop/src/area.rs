@@ -121,13 +121,23 @@ pub fn description(header: &Header) -> Result<String> {
     }
 
     if let Some(detail) = &metadata.detail {
-        let DetailRecord { pattern, seed, strength, relief, displacement, displacements, .. } = detail;
+        let DetailRecord { pattern, seed, strength, relief, displacement, displacements, matched, .. } =
+            detail;
         let pattern = pattern.name();
         let sentence = match *strength > 0.0 {
             true => format!("pattern {pattern}, seed {seed}, strength {strength}, relief {relief}"),
             false => "none below the voxels".to_owned(),
         };
         row("detail", sentence);
+        if let Some(matched) = matched {
+            let classes = matched.classes().len();
+            row(
+                "",
+                format!(
+                    "over the ground {classes} matched from finer imagery, by roughness; the pattern over walls"
+                ),
+            );
+        }
         let most = displacements.values().fold(*displacement, |most, metres| most.max(*metres));
         if most > 0.0 {
             row("", format!("displaces the ground by up to {most} m"));

@@ -90,8 +90,10 @@ impl FineGround {
             )));
         }
 
+        // Of many pictures some are looked at, all over the list.
         let count = MOST_WINDOWS.div_ceil(fine.len());
-        fine.into_iter().take(MOST_WINDOWS).map(|picture| Self::new(picture, spacing, count)).collect()
+        let step = fine.len().div_ceil(MOST_WINDOWS);
+        fine.into_iter().step_by(step).map(|picture| Self::new(picture, spacing, count)).collect()
     }
 
     /// Lays a picture out in cells.
