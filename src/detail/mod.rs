@@ -35,7 +35,7 @@ pub use amplitude::MOST_DEVIATION;
 pub use blocks::{DetailBlocks, DetailedColour, PostCell};
 pub use displacement::{DisplacedRelief, Displacement, DisplacementView};
 pub use facade::{AlongMeans, FacadePattern, WallFootprint};
-pub use ground_tile::{FADING, GroundTile};
+pub use ground_tile::{FADING, GroundTile, RoughPattern};
 pub use measure::DetailMeasure;
 pub use post_light::PostLight;
 pub use posts::{DETAIL_MARGIN, DETAIL_RING, DetailPosts, DetailSource};

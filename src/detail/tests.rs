@@ -3,7 +3,6 @@
 use glam::DVec2;
 use proptest::prelude::*;
 
-use super::ground_tile::RoughPattern;
 use super::walls::STEEP;
 use super::*;
 use crate::simd::{Floats, Isa, Kernel, LANES, Simd};

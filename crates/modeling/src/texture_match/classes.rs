@@ -1,6 +1,7 @@
 //! Patterns of ground by how rough it is.
 
 use super::window::FineWindow;
+use hedgehop::detail::{MOST_DEVIATION, RoughPattern};
 use hedgehop_base::error::Result;
 use hedgehop_texture::{
     CELLS_PER_VOXEL, Cells, Generator, MAX_CLASSES, MatchedPattern, PATCH_VOXELS, PatchPlace, RoughnessClass,
@@ -9,6 +10,9 @@ use hedgehop_texture::{
 
 /// Least deviation of a pattern that is worth having.
 const LEAST_DEVIATION: f64 = 1.0e-3;
+
+/// Least and greatest change of light, relative to it, that a pattern makes on the roughest ground of its class: nothing is black.
+const CHANGES: [f64; 2] = [-0.8, 2.0];
 
 /// Matches patterns from windows of pictures that have so many octaves below the voxel; `None` where they have no window, or nothing in it.
 ///
@@ -27,7 +31,7 @@ pub(super) fn matched(windows: Vec<FineWindow>, octaves: f64, seed: u64) -> Resu
     };
 
     let swatches: Vec<Swatch> = windows.iter().map(|window| window.swatch.clone()).collect();
-    let mut classes: Vec<RoughnessClass> = Vec::new();
+    let mut patterns: Vec<RoughPattern> = Vec::new();
     for class in 0..MAX_CLASSES {
         let places = places(&windows, bound(class), bound(class + 1));
         let Some(cells) = quilted(&swatches, &places, seed.wrapping_add(class as u64)) else { continue };
@@ -38,16 +42,24 @@ pub(super) fn matched(windows: Vec<FineWindow>, octaves: f64, seed: u64) -> Resu
         // Patches that fit are calmer than others.
         let factor = asked / cells.deviation();
         let cells = cells.joined(&cells, |value, _| factor * value);
-        let cells = sharpened(&cells, pixel_cells(octaves));
-        let cells = with_finer_octaves(cells, octaves, seed)?;
+        let light = with_finer_octaves(sharpened(&cells, pixel_cells(octaves)), octaves, seed)?;
         // The first class reaches down to even ground.
-        let least = if classes.is_empty() { 0.0 } else { bound(class) };
-        if classes.last().is_none_or(|class| class.least < least) {
-            classes.push(RoughnessClass::new(least, &cells));
+        let least = if patterns.is_empty() { 0.0 } else { bound(class) };
+        if patterns.last().is_none_or(|last| last.least < least) {
+            patterns.push(RoughPattern { least, light });
         }
     }
-    if classes.is_empty() {
+    if patterns.is_empty() {
         return Ok(None);
+    }
+
+    // Each pattern lies on all ground up to where the next one begins.
+    let mut classes = Vec::new();
+    for (number, RoughPattern { least, light }) in patterns.iter().enumerate() {
+        let roughest = patterns.get(number + 1).map_or(MOST_DEVIATION, |next| next.least.min(MOST_DEVIATION));
+        let [darkest, brightest] = CHANGES.map(|change| change / f64::from(roughest));
+        let light = light.joined(light, |value, _| value.clamp(darkest, brightest));
+        classes.push(RoughnessClass::new(*least, &light));
     }
     MatchedPattern::new(classes).map(Some)
 }

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use hedgehop::detail::MOST_DEVIATION;
 use hedgehop::memory::PageFile;
 use hedgehop::progress::Silent;
 use hedgehop::voxel::{DetailRecord, PageSource};
@@ -69,6 +70,13 @@ fn patterns_are_those_of_the_imagery_by_roughness() {
         places.map(|[x, y]| (cells.at(x + step[0], y + step[1]) - cells.at(x, y)).powi(2)).sum()
     };
     assert!(change([7, 0]) > 2.0 * change([0, 7]), "{} {}", change([7, 0]), change([0, 7]));
+
+    // No ground becomes black, and it is of the next class from that one's bound on.
+    for (number, class) in classes.iter().enumerate() {
+        let most = classes.get(number + 1).map_or(MOST_DEVIATION, |next| next.least.min(MOST_DEVIATION));
+        let darkest = class.cells().values().iter().fold(0.0_f64, |least, value| least.min(*value));
+        assert!(darkest * f64::from(most) > -0.81, "{number}: {darkest} at {most}");
+    }
 
     // Examples beside the place do as well, and the same build gives the same pattern.
     picture(folder.path(), "coarse", 1.0);
